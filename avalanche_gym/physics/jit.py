@@ -1,0 +1,170 @@
+"""The two decorators of every compiled function, and a cache that is never stale.
+
+Numba's own cache asks only whether the file *of that function* has changed, so an edit to a file it calls into goes
+unnoticed and the old machine code runs on. Here the stamp of a function is a hash over its file and every file of this
+package that its file imports, directly or not. An edit invalidates what depends on it, and nothing else.
+
+* ``kernel``: functions called from other compiled code.
+* ``entry_point``: functions called from Python. The first compilation of a process that finds no cached code says so in
+  one line on stderr.
+
+Neither uses ``fastmath``: lanes of a batch must agree bit for bit, and NaN must stay visible to ``isnan``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core import caching
+
+PACKAGE_ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = PACKAGE_ROOT.name
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
+
+
+def _names(text: str) -> list[str]:
+    """The names in the part of an import statement behind ``import``."""
+    text = re.sub(r"#[^\n]*", "", text).strip("() \t\r")
+    return [name.split(" as ")[0].strip() for name in text.split(",") if name.strip()]
+
+
+@lru_cache(maxsize=None)
+def _imported_files(path: Path) -> tuple[Path, ...]:
+    """Files of this package that the file at ``path`` names in its import statements."""
+    found = []
+    for source, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
+        module = source.lstrip(".")
+        if plain:
+            modules = [PACKAGE_ROOT.parent.joinpath(*name.split(".")) for name in _names(plain)]
+        else:
+            level = len(source) - len(module)
+            folder = path.parents[level - 1] if level else PACKAGE_ROOT.parent
+            base = folder.joinpath(*module.split(".")) if module else folder
+            modules = [base, *(base / name for name in _names(names))]
+        for candidate in modules:
+            found += [
+                file
+                for file in (candidate.with_suffix(".py"), candidate / "__init__.py")
+                if file.is_relative_to(PACKAGE_ROOT) and file.is_file()
+            ]
+    return tuple(dict.fromkeys(found))
+
+
+@lru_cache(maxsize=None)
+def source_stamp(path: Path) -> str:
+    """Hash [hex] over the file at ``path`` and every file of the package it depends on."""
+    seen: set[Path] = set()
+    waiting = [path]
+    while waiting:
+        file = waiting.pop()
+        if file not in seen:
+            seen.add(file)
+            waiting.extend(_imported_files(file))
+    digest = hashlib.sha256()
+    for file in sorted(seen):
+        digest.update(file.name.encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+@lru_cache(maxsize=None)
+def cache_directory() -> Path:
+    """Folder of the compiled code: the first of these that can be written.
+
+    ``NUMBA_CACHE_DIR``, ``__pycache__`` beside the package, the user's cache folder, a temporary folder.
+    """
+    choices = [PACKAGE_ROOT / "__pycache__" / "kernels"]
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        choices.insert(0, Path(os.environ["NUMBA_CACHE_DIR"]))
+    choices.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "avalanche_gym")
+    for choice in choices:
+        try:
+            choice.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=choice):
+                return choice
+        except OSError:
+            continue
+    return Path(tempfile.mkdtemp(prefix="avalanche_gym-"))
+
+
+class _Locator(caching._CacheLocator):
+    """Where a function's compiled code lies, and the stamp that decides whether it still holds."""
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        self._path = Path(py_file)
+        self._line = py_func.__code__.co_firstlineno
+
+    def get_cache_path(self) -> str:
+        return str(cache_directory())
+
+    def get_source_stamp(self) -> str:
+        return source_stamp(self._path)
+
+    def get_disambiguator(self) -> str:
+        return f"{hashlib.sha256(str(self._path).encode()).hexdigest()[:8]}-{self._line}"
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> _Locator:
+        return cls(py_func, str(Path(py_file).resolve()))
+
+
+class _CacheImplementation(caching.CompileResultCacheImpl):
+    _locator_classes = [_Locator]
+
+
+class _Cache(caching.FunctionCache):
+    _impl_class = _CacheImplementation
+
+
+class _AnnouncedCache(_Cache):
+    """Says on stderr that compilation is under way, once a process and only if there is something to compile."""
+
+    announced = False
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        overload = super().load_overload(sig, target_context)
+        if overload is None and not _AnnouncedCache.announced:
+            _AnnouncedCache.announced = True
+            print(
+                f"avalanche_gym: compiling the engine (once; kept in {cache_directory()}), up to a minute ...",
+                file=sys.stderr,
+                flush=True,
+            )
+            self._started = time.perf_counter()
+        return overload
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        super().save_overload(sig, data)
+        if hasattr(self, "_started"):
+            print(f"avalanche_gym: compiled in {time.perf_counter() - self._started:.0f} s", file=sys.stderr, flush=True)
+            del self._started
+
+
+def _compiled(function: Function, cache: type[_Cache]) -> Function:
+    dispatcher = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    # Enabling a cache of our own is what ``cache=True`` does, with another locator.
+    dispatcher._cache = cache(function)
+    return cast(Function, dispatcher)
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function that other compiled functions call."""
+    return _compiled(function, _Cache)
+
+
+def entry_point(function: Function) -> Function:
+    """Compile a function that Python calls."""
+    return _compiled(function, _AnnouncedCache)

@@ -1,0 +1,168 @@
+"""The tables of a world: what is constant (Model), what changes (State), and how kernels reach them.
+
+Every table is one NumPy array of records whose fields are declared here with shape, unit and frame. A kernel receives a
+single integer, the address of the HEADER record, and opens the tables it needs: a call from Python then costs the same
+for two tables as for twenty, and a record travels between kernels as one pointer.
+
+Inside the engine a dynamic body is described in its *principal frame*: origin at the centre of mass, axes along the
+principal axes of inertia. The user's frame (``position``, ``orientation``) is the one the shape was given in;
+``BODY.origin`` and ``BODY.principal`` lead from one to the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import carray, types
+from numba.extending import intrinsic
+
+from .jit import kernel
+
+# Motion of a body.
+REMOVED, STATIC, KINEMATIC, DYNAMIC = -1, 0, 1, 2
+
+# Free motion of a body: the cheapest flow that is exact for it (integrator/flight.py).
+FLOW_NONE, FLOW_TRANSLATE, FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL = 0, 1, 2, 3, 4
+
+# Shapes of colliders. The order matters: a pair is always tested with the smaller type first.
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH = 0, 1, 2, 3, 4, 5, 6, 7
+
+UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
+
+# Status of a world after a call.
+OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL = 0, 1, 2, 3
+
+# --- Model: constant while the world steps -----------------------------------------------------------------------------
+
+BODY = np.dtype(  # (worlds, bodies)
+    [
+        ("motion", np.int64),
+        ("flow", np.int64),
+        ("material", np.int64),
+        ("first_collider", np.int64),
+        ("num_colliders", np.int64),
+        ("mass", np.float64),  # [kg]
+        ("inverse_mass", np.float64),  # [1/kg], 0 unless dynamic
+        ("inertia", np.float64, 3),  # [kg m^2], principal
+        ("inverse_inertia", np.float64, 3),  # [1/(kg m^2)], principal, 0 unless dynamic
+        ("origin", np.float64, 3),  # [m] origin of the user's frame, in the principal frame
+        ("principal", np.float64, 4),  # quaternion: user's frame -> principal frame
+        ("radius", np.float64),  # [m] of the smallest sphere about the centre of mass that holds the body
+        ("size", np.float64),  # [m] smallest half extent: the scale of its tolerances
+        ("friction", np.float64),
+        ("restitution", np.float64),
+        ("rolling_friction", np.float64),  # [m]
+        ("torsional_friction", np.float64),  # [m]
+    ],
+    align=True,
+)
+
+COLLIDER = np.dtype(  # (colliders,): a compound has one for each of its parts
+    [
+        ("body", np.int64),
+        ("shape", np.int64),
+        ("size", np.float64, 3),  # [m] sphere: r; capsule, cylinder: r, half length; box: half extents
+        ("position", np.float64, 3),  # [m] in the principal frame of the body
+        ("orientation", np.float64, 4),  # quaternion: collider frame -> principal frame
+        ("radius", np.float64),  # [m] of the smallest sphere about ``position`` that holds it
+        ("data", np.int64),  # row in the table of its shape (height fields, meshes, hulls)
+        ("two_sided", np.int64),
+    ],
+    align=True,
+)
+
+FIELD = np.dtype(  # (fields,)
+    [
+        ("kind", np.int64),
+        ("vector", np.float64, 3),  # uniform: [m/s^2]; point: centre [m]
+        ("mu", np.float64),  # point: [m^3/s^2]
+    ],
+    align=True,
+)
+
+HEIGHT_FIELD = np.dtype(  # (height fields,)
+    [
+        ("rows", np.int64),  # along y
+        ("columns", np.int64),  # along x
+        ("extent", np.float64, 2),  # [m] along x, along y; centred on the collider
+        ("first", np.int64),  # of its samples in the pool of heights, row by row
+        ("smooth", np.int64),  # 0: facets, 1: C1 surface
+        ("lowest", np.float64),  # [m] over all worlds
+        ("highest", np.float64),
+    ],
+    align=True,
+)
+
+PAIR_RULE = np.dtype(  # (materials, materials): set_pair; NaN where the bodies' own values are mixed
+    [("friction", np.float64), ("restitution", np.float64)], align=True
+)
+
+# --- State: what a step changes ----------------------------------------------------------------------------------------
+
+BODY_STATE = np.dtype(  # (worlds, bodies)
+    [
+        ("center", np.float64, 3),  # [m] centre of mass, world frame
+        ("orientation", np.float64, 4),  # quaternion: principal frame -> world
+        ("velocity", np.float64, 3),  # [m/s] of the centre of mass, world frame
+        ("angular_velocity", np.float64, 3),  # [rad/s] world frame
+        ("force", np.float64, 3),  # [N] at the centre of mass, held until the end of the call
+        ("torque", np.float64, 3),  # [N m] about the centre of mass
+    ],
+    align=True,
+)
+
+CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted by pair
+    [
+        ("pair", np.int64),  # collider_a * num_colliders + collider_b
+        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts
+        ("body_a", np.int64),
+        ("body_b", np.int64),
+        ("position", np.float64, 3),  # [m] midway between the two surfaces, world frame
+        ("normal", np.float64, 3),  # unit, from a to b, world frame
+        ("gap", np.float64),  # [m] positive apart
+        ("impulse", np.float64, 3),  # [N s] on b, world frame
+        ("friction", np.float64),
+        ("restitution", np.float64),
+        ("rolling_friction", np.float64),  # [m]
+        ("torsional_friction", np.float64),  # [m]
+        ("bias", np.float64),  # [m/s] the solver asks for: normal velocity + bias >= 0
+        ("surface_velocity", np.float64, 3),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
+        ("persistent", np.int64),  # 1: bore load in the last step and still touches
+        ("island", np.int64),
+    ],
+    align=True,
+)
+
+REPORT = np.dtype(  # (worlds,): worst value or sum over the last call
+    [
+        ("residual", np.float64),  # worst, relative, free of units
+        ("iterations", np.int64),  # sum of factorisations and sweeps
+        ("method", np.int64),  # the last method the solver had to fall back to
+        ("contacts", np.int64),  # most in a step
+        ("events", np.int64),  # sum
+        ("event_limit", np.int64),  # steps that met the limit of events
+        ("penetration", np.float64),  # [m] worst
+        ("energy_start", np.float64),  # [J] at the start of the call
+        ("energy_end", np.float64),  # [J]
+        ("steps", np.int64),  # done in this call
+        ("status", np.int64),
+        ("body", np.int64),  # that the status speaks of
+    ],
+    align=True,
+)
+
+
+@intrinsic
+def _pointer(typing_context, address):
+    """The pointer with this int64 address."""
+    signature = types.voidptr(types.int64)
+
+    def codegen(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
+
+    return signature, codegen
+
+
+@kernel
+def table(address, shape, dtype):
+    """The array of records that lies at an address; its owner must outlive the call."""
+    return carray(_pointer(address), shape, dtype)

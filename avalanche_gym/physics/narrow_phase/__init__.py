@@ -1,0 +1,1 @@
+"""Contacts between two placed shapes: one file a pair or family of pairs."""
