@@ -1,0 +1,42 @@
+"""The rigid-body engine. It knows nothing of Gymnasium."""
+
+from .errors import PhysicsError
+from .options import Options
+from .report import Features, StepReport
+from .scene import Material, PointGravity, Scene, UniformGravity
+from .shapes import (
+    Box,
+    Capsule,
+    Compound,
+    ConvexHull,
+    Cylinder,
+    HeightField,
+    Plane,
+    Shape,
+    Sphere,
+    TriangleMesh,
+)
+from .world import Snapshot, World
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Compound",
+    "ConvexHull",
+    "Cylinder",
+    "Features",
+    "HeightField",
+    "Material",
+    "Options",
+    "PhysicsError",
+    "Plane",
+    "PointGravity",
+    "Scene",
+    "Shape",
+    "Snapshot",
+    "Sphere",
+    "StepReport",
+    "TriangleMesh",
+    "UniformGravity",
+    "World",
+]

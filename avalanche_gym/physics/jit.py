@@ -7,6 +7,9 @@ package that its file imports, directly or not. An edit invalidates what depends
 * ``kernel``: functions called from other compiled code.
 * ``entry_point``: functions called from Python. The first compilation of a process that finds no cached code says so in
   one line on stderr.
+* ``stage``: functions called from compiled code through their address, with integers as arguments. The caller does not
+  contain them, so each is compiled once, and only if a scene needs it. (A kernel is optimised anew inside each caller: a
+  chain of seven kernels around the box-box test compiled that test seven times.)
 
 Neither uses ``fastmath``: lanes of a batch must agree bit for bit, and NaN must stay visible to ``isnan``.
 """
@@ -20,12 +23,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import caching
+from llvmlite import ir
+from numba import types
+from numba.core import caching, ccallback, cgutils
+from numba.extending import intrinsic
 
 PACKAGE_ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = PACKAGE_ROOT.name
@@ -163,6 +169,47 @@ def _compiled(function: Function, cache: type[_Cache]) -> Function:
 def kernel(function: Function) -> Function:
     """Compile a function that other compiled functions call."""
     return _compiled(function, _Cache)
+
+
+class Stage:
+    """A compiled function that other compiled code reaches by its address; compiled when that is first asked for."""
+
+    def __init__(self, function: Callable[..., int]) -> None:
+        self._function = function
+        self.__doc__ = function.__doc__
+        self.__wrapped__ = function
+
+    @cached_property
+    def address(self) -> int:
+        """Of the machine code, for ``call_stage``."""
+        arguments = self._function.__code__.co_argcount
+        signature = types.int64(*[types.int64] * arguments)
+        compiled = ccallback.CFunc(
+            self._function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
+        )
+        compiled._cache = _AnnouncedCache(self._function)
+        compiled.compile()
+        self._compiled = compiled  # owns the machine code
+        return int(compiled.address)
+
+
+def stage(function: Callable[..., int]) -> Stage:
+    """A function of int64 arguments and result that compiled code calls through its address."""
+    return Stage(function)
+
+
+@intrinsic
+def call_stage(typing_context, address, *arguments):
+    """Call the stage at an address [int64] with int64 arguments; returns its int64."""
+    count = len(arguments[0]) if len(arguments) == 1 and isinstance(arguments[0], types.BaseTuple) else len(arguments)
+    signature = types.int64(types.int64, types.StarArgTuple([types.int64] * count))
+
+    def codegen(context, builder, signature, values):
+        word = context.get_value_type(types.int64)
+        function = builder.inttoptr(values[0], ir.FunctionType(word, [word] * count).as_pointer())
+        return builder.call(function, cgutils.unpack_tuple(builder, values[1], count))
+
+    return signature, codegen
 
 
 def entry_point(function: Function) -> Function:

@@ -1,8 +1,7 @@
-"""The tables of a world: what is constant (Model), what changes (State), and how kernels reach them.
+"""The tables of a world: what is constant (Model) and what changes (State).
 
-Every table is one NumPy array of records whose fields are declared here with shape, unit and frame. A kernel receives a
-single integer, the address of the HEADER record, and opens the tables it needs: a call from Python then costs the same
-for two tables as for twenty, and a record travels between kernels as one pointer.
+Every table is one NumPy array of records whose fields are declared here with shape, unit and frame; memory.py says how
+kernels reach them.
 
 Inside the engine a dynamic body is described in its *principal frame*: origin at the centre of mass, axes along the
 principal axes of inertia. The user's frame (``position``, ``orientation``) is the one the shape was given in;
@@ -12,11 +11,6 @@ principal axes of inertia. The user's frame (``position``, ``orientation``) is t
 from __future__ import annotations
 
 import numpy as np
-from numba import carray, types
-from numba.extending import intrinsic
-
-from .jit import kernel
-
 # Motion of a body.
 REMOVED, STATIC, KINEMATIC, DYNAMIC = -1, 0, 1, 2
 
@@ -25,11 +19,12 @@ FLOW_NONE, FLOW_TRANSLATE, FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL = 0, 1, 2,
 
 # Shapes of colliders. The order matters: a pair is always tested with the smaller type first.
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH = 0, 1, 2, 3, 4, 5, 6, 7
+NUM_SHAPES = 8
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 
 # Status of a world after a call.
-OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL = 0, 1, 2, 3
+OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
 # --- Model: constant while the world steps -----------------------------------------------------------------------------
 
@@ -79,7 +74,9 @@ FIELD = np.dtype(  # (fields,)
     align=True,
 )
 
-HEIGHT_FIELD = np.dtype(  # (height fields,)
+# Rows of shape tables end in _ROW: the bare names are the codes of the shapes.
+
+HEIGHT_FIELD_ROW = np.dtype(  # (height fields,)
     [
         ("rows", np.int64),  # along y
         ("columns", np.int64),  # along x
@@ -90,6 +87,51 @@ HEIGHT_FIELD = np.dtype(  # (height fields,)
         ("highest", np.float64),
     ],
     align=True,
+)
+
+MESH_ROW = np.dtype(  # (meshes,)
+    [
+        ("first_vertex", np.int64),  # in the pool of vertices; indices in FACE_ROW and NODE_ROW count from the firsts
+        ("num_vertices", np.int64),
+        ("first_face", np.int64),
+        ("num_faces", np.int64),
+        ("first_node", np.int64),
+        ("num_nodes", np.int64),
+        ("closed", np.int64),  # 1: it bounds a solid
+        ("two_sided", np.int64),  # 1: a sheet that acts on both sides
+        ("lower", np.float64, 3),  # [m] bounds, mesh frame
+        ("upper", np.float64, 3),
+    ],
+    align=True,
+)
+
+VERTEX_ROW = np.dtype(  # (vertices of all meshes,)
+    [
+        ("position", np.float64, 3),  # [m] mesh frame
+        ("normal", np.float64, 3),  # unit, angle-weighted pseudo-normal: its sign tells inside from outside
+        ("rim", np.int64),  # 1: on the border of an open mesh
+    ],
+    align=True,
+)
+
+FACE_ROW = np.dtype(  # (faces of all meshes,), in the order of the tree's leaves
+    [
+        ("vertices", np.int32, 3),  # counter-clockwise from the free side
+        ("neighbours", np.int32, 3),  # face across the edge from vertex k to k + 1; -1 at a rim
+        ("flags", np.int32),  # bit k: answers for edge k, which sticks out; bit 3 + k: answers for vertex k
+        ("normal", np.float64, 3),  # unit, into the free side
+    ],
+    align=True,
+)
+
+NODE_ROW = np.dtype(  # (tree nodes of all meshes,), depth first
+    [
+        ("lower", np.float32, 3),  # [m] bounds, rounded outwards
+        ("upper", np.float32, 3),
+        ("skip", np.int32),  # the node that follows this subtree
+        ("first", np.int32),  # leaf: its first face
+        ("count", np.int32),  # leaf: number of faces; 0 for an inner node
+    ]
 )
 
 PAIR_RULE = np.dtype(  # (materials, materials): set_pair; NaN where the bodies' own values are mixed
@@ -118,13 +160,17 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("body_b", np.int64),
         ("position", np.float64, 3),  # [m] midway between the two surfaces, world frame
         ("normal", np.float64, 3),  # unit, from a to b, world frame
-        ("gap", np.float64),  # [m] positive apart
+        ("gap", np.float64),  # [m] positive apart: at the start of the step where it was found, at the end in the list
+        ("start_gap", np.float64),  # [m] at the start of the step
         ("impulse", np.float64, 3),  # [N s] on b, world frame
+        ("radius_a", np.float64),  # [m] of the rounding of a at the contact: that of a sphere or capsule, else 0
+        ("radius_b", np.float64),
         ("friction", np.float64),
         ("restitution", np.float64),
         ("rolling_friction", np.float64),  # [m]
         ("torsional_friction", np.float64),  # [m]
         ("bias", np.float64),  # [m/s] the solver asks for: normal velocity + bias >= 0
+        ("free", np.float64),  # [m/s] normal velocity at the end of the step without impulses
         ("surface_velocity", np.float64, 3),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
         ("persistent", np.int64),  # 1: bore load in the last step and still touches
         ("island", np.int64),
@@ -149,20 +195,3 @@ REPORT = np.dtype(  # (worlds,): worst value or sum over the last call
     ],
     align=True,
 )
-
-
-@intrinsic
-def _pointer(typing_context, address):
-    """The pointer with this int64 address."""
-    signature = types.voidptr(types.int64)
-
-    def codegen(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
-
-    return signature, codegen
-
-
-@kernel
-def table(address, shape, dtype):
-    """The array of records that lies at an address; its owner must outlive the call."""
-    return carray(_pointer(address), shape, dtype)

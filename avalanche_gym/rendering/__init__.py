@@ -1,0 +1,40 @@
+"""Pictures of a scene without a display: a software rasteriser on Numba, and a window that shows its frames."""
+
+from .camera import Camera
+from .color import AGENT, DANGER, GOAL, PALETTE, palette_color
+from .geometry import Geometry
+from .lighting import DAY, SPACE, Lighting
+from .overlay import Lines, Marker, Points
+from .renderer import Renderer
+from .scene_view import SceneView, Visual
+from .shape_geometry import geometry_of
+from .terrain_colors import DUNES, MEADOW, MOON, SNOW, TerrainPalette, as_planet, as_terrain
+from .tiling import tile
+
+__all__ = [
+    "AGENT",
+    "DANGER",
+    "DAY",
+    "DUNES",
+    "GOAL",
+    "MEADOW",
+    "MOON",
+    "PALETTE",
+    "SNOW",
+    "SPACE",
+    "Camera",
+    "Geometry",
+    "Lighting",
+    "Lines",
+    "Marker",
+    "Points",
+    "Renderer",
+    "SceneView",
+    "TerrainPalette",
+    "Visual",
+    "as_planet",
+    "as_terrain",
+    "geometry_of",
+    "palette_color",
+    "tile",
+]

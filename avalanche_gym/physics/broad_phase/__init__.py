@@ -1,0 +1,1 @@
+"""Which bodies could touch within the step."""

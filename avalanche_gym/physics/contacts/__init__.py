@@ -1,0 +1,1 @@
+"""From touching shapes to the contact problem: materials, what lasts from step to step, islands."""

@@ -1,0 +1,63 @@
+"""Pictures of a lane: the bodies of its world as the renderer sees them, and what the task draws over them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ..rendering import Camera, Lighting, Marker, Visual
+    from .base import BatchedTask
+
+RENDER_MODES = ("rgb_array",)
+WIDTH, HEIGHT = 480, 480  # [pixels]
+
+
+def check_render_mode(name: str, mode: str | None) -> None:
+    """Raises: ValueError: not ``None`` and not in RENDER_MODES."""
+    if mode is not None and mode not in RENDER_MODES:
+        allowed = ", ".join(map(repr, RENDER_MODES))
+        raise ValueError(f"{name}(render_mode={mode!r}): allowed are {allowed} and None, which draws nothing.")
+
+
+class Picture(ABC):
+    """Draws lanes of one task; the renderer is made once and holds its buffers."""
+
+    def __init__(self, task: BatchedTask) -> None:
+        from ..rendering import Renderer, SceneView  # here, since environments that draw nothing need no renderer
+
+        self.task = task
+        self.view = SceneView(self.visuals())
+        self.renderer = Renderer(WIDTH, HEIGHT, lighting=self.lighting())
+
+    @abstractmethod
+    def visuals(self) -> list[Visual]:
+        """One visual for each body of the scene, in the order of their handles."""
+
+    @abstractmethod
+    def camera(self, lane: int) -> Camera:
+        """From where a lane is seen."""
+
+    def lighting(self) -> Lighting:
+        """Sun and sky."""
+        from ..rendering import DAY
+
+        return DAY
+
+    def markers(self, lane: int) -> Sequence[Marker]:
+        """Translucent things drawn in this frame only."""
+        return ()
+
+    def prepare(self, lane: int) -> None:
+        """Bring what differs between lanes, beside the poses, into the view."""
+
+    def frame(self, lane: int) -> NDArray[np.uint8]:
+        """(height, width, 3) uint8."""
+        world: Any = self.task.world
+        self.prepare(lane)
+        self.view.set_poses(world.position[lane], world.orientation[lane])
+        return self.renderer.render(self.view, self.camera(lane), list(self.markers(lane)))

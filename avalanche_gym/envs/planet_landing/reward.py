@@ -1,0 +1,99 @@
+"""What PlanetLanding rewards: a potential that grows towards standing still on the ground, and how it ends.
+
+shaping   increase of the potential since the last step: lower, closer to the velocity that suits the altitude, more
+          upright and with less spin, and closer to the site if there is one
+fuel      minus what was burnt
+rest      for each control step at rest on the ground
+success   once
+crash     once, when the lander touches too fast or topples
+escape    once, when it leaves the planet
+"""
+
+from __future__ import annotations
+
+from ...physics.jit import entry_point, kernel
+from ...physics.maths import quat, vec3
+from .dynamics import is_resting, tilt_of
+from .observation import way_to_site
+
+TERMS = ("shaping", "fuel", "rest", "success", "crash", "escape")
+
+ALTITUDE = 1.0  # [1/m]
+VELOCITY = 2.0  # [s/m]
+TILT = 2.0  # at the ground; per unit of 1 - cos(tilt)
+SPIN = 0.5  # [s/rad]
+SITE = 0.5  # [1/m]
+FUEL = -0.02  # [s/m]
+REST = 0.3
+SUCCESS = 15.0
+CRASH = -10.0
+ESCAPE = -10.0
+
+# The descent that suits an altitude: this many m/s a metre, between two speeds.
+DESCENT_RATE = 0.35  # [1/s]
+DESCENT_SLOWEST = 0.3  # [m/s]
+DESCENT_FASTEST = 1.5  # [m/s]
+TILT_ALTITUDE = 3.0  # [m] above this the tilt counts half: braking needs it
+
+ESCAPE_ALTITUDE = 20.0  # [m]
+REST_STEPS = 10  # control steps: one second
+
+
+@kernel
+def potential_of(lane, position, orientation, velocity, spin):
+    """Zero at rest, upright, on the ground and at the site; negative everywhere else."""
+    up = vec3.normalize(position)
+    altitude = max(lane.altitude, 0.0)
+    descent = min(max(DESCENT_RATE * altitude, DESCENT_SLOWEST), DESCENT_FASTEST)
+    if lane.touching == 1:
+        descent = 0.0
+    miss = vec3.norm(vec3.add_scaled(velocity, descent, up))
+    lean = (1.0 - tilt_of(position, orientation)) * TILT_ALTITUDE / (TILT_ALTITUDE + altitude)
+    distance = vec3.norm(way_to_site(lane, up))
+    return -(ALTITUDE * altitude + VELOCITY * miss + TILT * lean + SPIN * vec3.norm(spin) + SITE * distance)
+
+
+@entry_point
+def open_episode(mask, lander, lanes, position, orientation, linear_velocity, angular_velocity):
+    """Remember the potential that the first step compares with."""
+    for number in range(mask.shape[0]):
+        if mask[number]:
+            lanes[number].potential = potential_of(
+                lanes[number],
+                vec3.load(position[number, lander]),
+                quat.load(orientation[number, lander]),
+                vec3.load(linear_velocity[number, lander]),
+                vec3.load(angular_velocity[number, lander]),
+            )
+
+
+@entry_point
+def judge(
+    lander, lanes, position, orientation, linear_velocity, angular_velocity, terms, reward, terminated, success
+):
+    """Write reward, terms and the ends of episodes of all lanes after a control step."""
+    for number in range(lanes.shape[0]):
+        lane, row = lanes[number], terms[number]
+        place = vec3.load(position[number, lander])
+        q = quat.load(orientation[number, lander])
+        spin = vec3.load(angular_velocity[number, lander])
+        potential = potential_of(lane, place, q, vec3.load(linear_velocity[number, lander]), spin)
+        resting = is_resting(lane, place, q, spin)
+        if lane.site_radius > 0.0:
+            resting = resting and vec3.norm(way_to_site(lane, vec3.normalize(place))) < lane.site_radius
+        lane.rest = lane.rest + 1 if resting else 0
+        crashed = lane.crashed == 1
+        escaped = lane.altitude > ESCAPE_ALTITUDE
+        success[number] = lane.rest >= REST_STEPS and not crashed
+        terminated[number] = success[number] or crashed or escaped
+        row[0] = potential - lane.potential
+        row[1] = FUEL * lane.burnt
+        row[2] = REST if resting else 0.0
+        row[3] = SUCCESS if success[number] else 0.0
+        row[4] = CRASH if crashed else 0.0
+        row[5] = ESCAPE if escaped else 0.0
+        total = 0.0
+        for term in range(row.shape[0]):
+            total += row[term]
+        reward[number] = total
+        lane.potential = potential

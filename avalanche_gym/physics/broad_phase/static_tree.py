@@ -1,0 +1,129 @@
+"""Bounding-volume tree of the faces of a mesh: built once with NumPy, queried in kernels.
+
+The tree is a perfect binary tree. Every level halves the faces of each node at the median along the longest axis of their
+centroids (the k-d rule of Bentley 1975), all nodes of a level in one sort. Nodes lie depth first, each with the index of the node
+that follows its subtree, so a query walks an array and needs no stack (Smits 1998, "Efficiency issues for ray tracing",
+section 2.2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..jit import kernel
+from ..maths import vec3
+from ..model import NODE_ROW
+
+# Most faces of a leaf. Smaller: a deeper tree, more memory; larger: more faces tested in vain.
+FACES_OF_LEAF = 4
+
+
+def build_static_tree(
+    lower: NDArray[np.float64], upper: NDArray[np.float64]
+) -> tuple[NDArray[np.void], NDArray[np.int64]]:
+    """Build the tree over boxes.
+
+    Args:
+        lower, upper: (n, 3) [m] bounds of the faces, n >= 1.
+
+    Returns:
+        nodes: table of NODE_ROW, depth first.
+        order: (n,) faces in the order of the leaves; ``first`` and ``count`` of a leaf refer to it.
+    """
+    n = len(lower)
+    depth = max(0, math.ceil(math.log2(n / FACES_OF_LEAF)))
+    leaves = 1 << depth
+    starts = np.arange(leaves + 1) * n // leaves
+    centroids = 0.5 * (lower + upper)
+    order = np.arange(n)
+    for level in range(depth):
+        first = starts[:: leaves >> level]
+        node = np.repeat(np.arange(1 << level), np.diff(first))
+        ordered = centroids[order]
+        low = np.minimum.reduceat(ordered, first[:-1])
+        span = np.maximum.reduceat(ordered, first[:-1]) - low
+        axis = np.argmax(span, axis=1)
+        rows = np.arange(1 << level)
+        low, span = low[rows, axis], span[rows, axis]
+        along = (ordered[np.arange(n), axis[node]] - low[node]) / np.where(span > 0.0, span, 1.0)[node]
+        # 0.5 keeps the nodes apart whatever the rounding of the sum.
+        order = order[np.argsort(node + 0.5 * along, kind="stable")]
+
+    nodes = np.zeros(2 * leaves - 1, NODE_ROW)
+    position = np.zeros(1, np.int64)  # of the nodes of a level, depth first
+    levels = [position]
+    for level in range(depth):
+        size = (leaves >> level) - 1  # of the subtree of a child
+        position = np.stack([position + 1, position + 1 + size], axis=1).ravel()
+        levels.append(position)
+    low = np.minimum.reduceat(lower[order], starts[:-1])
+    high = np.maximum.reduceat(upper[order], starts[:-1])
+    nodes["first"][position] = starts[:-1]
+    nodes["count"][position] = np.diff(starts)
+    for level in range(depth, -1, -1):
+        position = levels[level]
+        nodes["lower"][position] = np.nextafter(low.astype(np.float32), np.float32(-np.inf))
+        nodes["upper"][position] = np.nextafter(high.astype(np.float32), np.float32(np.inf))
+        nodes["skip"][position] = position + 2 * (leaves >> level) - 1
+        if level:
+            low = np.minimum(low[0::2], low[1::2])
+            high = np.maximum(high[0::2], high[1::2])
+    return nodes, order
+
+
+@kernel
+def faces_in_box(nodes, node, lower, upper, table, first_row, end_row):
+    """List the faces of leaves that meet a box, eight a row of a float table, from ``node`` on.
+
+    Args:
+        nodes: tree of one mesh.
+        node: where to start; 0, or what the last call returned.
+        lower, upper: [m] the box.
+        table, first_row, end_row: the rows to write to.
+
+    Returns:
+        Number of faces listed, and the node to go on with; ``nodes.shape[0]`` when all are found.
+    """
+    count = 0
+    capacity = 8 * (end_row - first_row) - FACES_OF_LEAF
+    while node < nodes.shape[0] and count <= capacity:
+        here = nodes[node]
+        if (
+            here.lower[0] > upper[0]
+            or here.lower[1] > upper[1]
+            or here.lower[2] > upper[2]
+            or here.upper[0] < lower[0]
+            or here.upper[1] < lower[1]
+            or here.upper[2] < lower[2]
+        ):
+            node = int(here.skip)
+            continue
+        for face in range(here.first, here.first + here.count):
+            table[first_row + (count >> 3), count & 7] = face
+            count += 1
+        node += 1
+    return count, node
+
+
+@kernel
+def box_distance_squared(node, p):
+    """Squared distance [m^2] of a point from the box of a node."""
+    x = max(node.lower[0] - p[0], 0.0, p[0] - node.upper[0])
+    y = max(node.lower[1] - p[1], 0.0, p[1] - node.upper[1])
+    z = max(node.lower[2] - p[2], 0.0, p[2] - node.upper[2])
+    return vec3.norm_squared((x, y, z))
+
+
+@kernel
+def leaf_near(nodes, p):
+    """A leaf close to a point: always down to the nearer child. Gives a search its first bound."""
+    node = 0
+    while nodes[node].count == 0:
+        left = node + 1
+        right = int(nodes[left].skip)
+        nearer = box_distance_squared(nodes[left], p) <= box_distance_squared(nodes[right], p)
+        node = left if nearer else right
+    return node

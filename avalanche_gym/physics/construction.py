@@ -1,0 +1,173 @@
+"""From a Scene to the tables of a World."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .integrator.flight import flow_class
+from .mass_properties import principal_frame, rotation_matrix
+from .model import (
+    BODY,
+    BODY_STATE,
+    COLLIDER,
+    DYNAMIC,
+    FIELD,
+    FLOW_NONE,
+    HEIGHT_FIELD_ROW,
+    KINEMATIC,
+    NUM_SHAPES,
+    PAIR_RULE,
+    POINT_GRAVITY,
+    REMOVED,
+    STATIC,
+    UNIFORM_GRAVITY,
+)
+from .scene import Body, Material, PointGravity, Scene, UniformGravity
+from .shapes import HeightField
+
+MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
+
+
+@dataclass
+class Tables:
+    """Everything a scene says, as arrays for one world; ``arrays`` by the names of memory.py."""
+
+    arrays: dict[str, NDArray[Any]]
+    public: dict[str, NDArray[np.float64]]  # (bodies, 3 | 4) the initial public arrays
+    materials: list[Material]
+    height_fields: dict[int, int]  # row in the table of height fields by body handle
+
+
+def conjugate(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def multiply(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternion product a b."""
+    w = a[0] * b[0] - a[1:] @ b[1:]
+    return np.concatenate([[w], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
+
+
+def build_tables(scene: Scene) -> Tables:
+    """Turn descriptions into tables; a body of the scene that is ``None`` was removed."""
+    bodies = scene.bodies
+    rows = np.zeros(len(bodies), BODY)
+    rows["motion"] = REMOVED
+    rows["principal"][:, 0] = 1.0
+    public = {
+        "position": np.full((len(bodies), 3), np.nan),
+        "orientation": np.full((len(bodies), 4), np.nan),
+        "linear_velocity": np.full((len(bodies), 3), np.nan),
+        "angular_velocity": np.full((len(bodies), 3), np.nan),
+    }
+    materials: list[Material] = []
+    colliders: list[NDArray[Any]] = []
+    shapes = ShapeTables()
+    for handle, body in enumerate(bodies):
+        if body is None:
+            continue
+        if body.material not in materials:
+            materials.append(body.material)
+        row = rows[handle]
+        _fill_body(row, body)
+        row["material"] = materials.index(body.material)
+        row["first_collider"] = len(colliders)
+        for shape, position, orientation in body.shape.parts():
+            collider = np.zeros((), COLLIDER)
+            collider["body"] = handle
+            collider["shape"] = shape.code
+            collider["size"] = shape.size
+            rotation = rotation_matrix(row["principal"])
+            collider["position"] = rotation @ (position - body.center_of_mass)
+            collider["orientation"] = multiply(row["principal"], orientation)
+            collider["radius"] = shape.bounding_radius
+            shapes.add(handle, shape, collider)
+            colliders.append(collider)
+        row["num_colliders"] = len(colliders) - row["first_collider"]
+        row["radius"] = max(
+            float(np.linalg.norm(collider["position"])) + float(collider["radius"])
+            for collider in colliders[row["first_collider"] :]
+        )
+        for name in public:
+            public[name][handle] = getattr(body, name)
+    rules = np.zeros((len(materials), len(materials)), PAIR_RULE)
+    rules["friction"] = rules["restitution"] = math.nan
+    for (a, b), (friction, restitution) in scene.pair_rules.items():
+        if a in materials and b in materials:
+            for i, j in ((materials.index(a), materials.index(b)), (materials.index(b), materials.index(a))):
+                rules[i, j] = (
+                    math.nan if friction is None else friction,
+                    math.nan if restitution is None else restitution,
+                )
+    arrays = {
+        "bodies": rows,
+        "states": np.zeros(len(bodies), BODY_STATE),
+        "colliders": np.array(colliders, COLLIDER).reshape(-1),
+        "fields": _field_rows(scene.fields),
+        "pair_rules": rules.reshape(-1),
+        "pair_functions": np.zeros(NUM_SHAPES * NUM_SHAPES, np.int64),
+        **shapes.arrays(),
+    }
+    return Tables(arrays, public, materials, shapes.height_field_rows)
+
+
+def _fill_body(row: Any, body: Body) -> None:
+    """Mass, principal frame, flow and coefficients of one body."""
+    row["motion"] = MOTION[body.motion]
+    row["flow"] = FLOW_NONE
+    row["size"] = body.shape.smallest_half_extent if body.motion == "dynamic" else math.inf
+    for name in ("friction", "restitution", "rolling_friction", "torsional_friction"):
+        row[name] = getattr(body.material, name)
+    if body.motion == "dynamic":
+        moments, principal = principal_frame(body.inertia)
+        row["mass"] = body.mass
+        row["inverse_mass"] = 1.0 / body.mass
+        row["inertia"] = moments
+        row["inverse_inertia"] = 1.0 / moments
+        row["principal"] = principal
+        row["origin"] = -rotation_matrix(principal) @ body.center_of_mass
+        row["flow"] = flow_class(moments)
+
+
+def _field_rows(fields: list[Any]) -> NDArray[Any]:
+    rows = np.zeros(len(fields), FIELD)
+    for row, field in zip(rows, fields, strict=True):
+        if isinstance(field, UniformGravity):
+            row["kind"], row["vector"] = UNIFORM_GRAVITY, field.acceleration
+        elif isinstance(field, PointGravity):
+            row["kind"], row["vector"], row["mu"] = POINT_GRAVITY, field.center, field.mu
+    return rows
+
+
+class ShapeTables:
+    """Collects what does not fit into three numbers: height fields and meshes."""
+
+    def __init__(self) -> None:
+        self.height_field_rows: dict[int, int] = {}
+        self._height_fields: list[HeightField] = []
+
+    def add(self, handle: int, shape: Any, collider: Any) -> None:
+        """Give a collider its row in the table of its shape."""
+        if isinstance(shape, HeightField):
+            collider["data"] = self.height_field_rows[handle] = len(self._height_fields)
+            self._height_fields.append(shape)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        rows = np.zeros(len(self._height_fields), HEIGHT_FIELD_ROW)
+        first = 0
+        for row, shape in zip(rows, self._height_fields, strict=True):
+            heights = np.asarray(shape.heights)
+            row["rows"], row["columns"] = heights.shape
+            row["extent"] = shape.extent
+            row["first"] = first
+            row["smooth"] = shape.surface == "smooth"
+            row["lowest"], row["highest"] = heights.min(), heights.max()
+            first += heights.size
+        pools = [np.ravel(shape.heights) for shape in self._height_fields]
+        heights = np.concatenate(pools) if pools else np.zeros(0)
+        return {"height_fields": rows, "heights": heights, "height_rates": np.zeros_like(heights)}

@@ -1,0 +1,69 @@
+"""Groups of dynamic bodies that touch each other, found by union-find; each is a contact problem of its own.
+
+Static and kinematic bodies transmit no impulse and join nothing.
+"""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..model import DYNAMIC
+
+
+@kernel
+def _root(parent, body):
+    while parent[body] != body:
+        parent[body] = parent[parent[body]]
+        body = parent[body]
+    return body
+
+
+@kernel
+def find_islands(bodies, contacts, num_contacts, parent, starts, order):
+    """Number the islands and sort the contacts by island.
+
+    Fills ``contacts.island``, ``order`` (contacts, island by island) and ``starts`` (first entry of each island in
+    ``order``, and one past the last); ``parent`` (bodies,) is overwritten by the number of each body's island, or -1.
+    Islands are numbered by their first contact: the order does not depend on how the search went. Returns their number.
+    """
+    num_bodies = bodies.shape[0]
+    for body in range(num_bodies):
+        parent[body] = body
+    for index in range(num_contacts):
+        contact = contacts[index]
+        if bodies[contact.body_a].motion == DYNAMIC and bodies[contact.body_b].motion == DYNAMIC:
+            root_a = _root(parent, contact.body_a)
+            root_b = _root(parent, contact.body_b)
+            parent[max(root_a, root_b)] = min(root_a, root_b)
+    for index in range(num_contacts):
+        contacts[index].island = -1
+    # starts[root] holds the number of a root's island while they are counted.
+    for body in range(num_bodies):
+        starts[body] = -1
+    count = 0
+    for index in range(num_contacts):
+        contact = contacts[index]
+        body = contact.body_a if bodies[contact.body_a].motion == DYNAMIC else contact.body_b
+        root = _root(parent, body)
+        if starts[root] < 0:
+            starts[root] = count
+            count += 1
+        contact.island = starts[root]
+    for body in range(num_bodies):
+        parent[body] = _root(parent, body)
+    for body in range(num_bodies):
+        parent[body] = starts[parent[body]] if bodies[body].motion == DYNAMIC else -1
+    # Counting sort: stable, so contacts keep their order within an island.
+    for island in range(count + 1):
+        starts[island] = 0
+    for index in range(num_contacts):
+        starts[contacts[index].island + 1] += 1
+    for island in range(count):
+        starts[island + 1] += starts[island]
+    for index in range(num_contacts):
+        island = contacts[index].island
+        order[starts[island]] = index
+        starts[island] += 1
+    for island in range(count, 0, -1):
+        starts[island] = starts[island - 1]
+    starts[0] = 0
+    return count

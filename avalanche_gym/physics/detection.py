@@ -1,0 +1,129 @@
+"""Where bodies will touch in this step: flight, broad phase and narrow phase of one world."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .broad_phase.all_pairs import all_pairs
+from .broad_phase.bounds import swept_box
+from .contacts.materials import mix_materials
+from .contacts.prediction import SLACK
+from .integrator.flight import fly
+from .jit import kernel, stage
+from .maths import vec3
+from .memory import bodies_of, colliders_of, fields_of, header_at, states_of, table, workspace_at
+from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, REMOVED
+from .narrow_phase.collide import collide_bodies
+from .narrow_phase.pair_query import query_at
+
+
+@stage
+def fly_bodies(address, workspace_address, world):
+    """Fly every body to the end of the step into ``flown``; ``moving`` gets the velocities there, with the centres and
+    axes of the start, about which the contact problem is written."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    fields = fields_of(header)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    moving = table(workspace.moving, header.num_bodies, BODY_STATE)
+    for index in range(header.num_bodies):
+        fly(states[index], bodies[index], fields, header.time_step, flown[index])
+        moving[index] = states[index]
+        vec3.store(moving[index].velocity, vec3.load(flown[index].velocity))
+        vec3.store(moving[index].angular_velocity, vec3.load(flown[index].angular_velocity))
+    return 0
+
+
+@kernel
+def first_non_finite(header, workspace, world):
+    """The first body whose state at the end of the step is not finite, or -1."""
+    bodies = bodies_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    moving = table(workspace.moving, header.num_bodies, BODY_STATE)
+    for index in range(header.num_bodies):
+        if bodies[index].motion != REMOVED:
+            # One sum is enough: it is finite only if every term is, up to overflow, which is no state to go on from.
+            total = 0.0
+            for axis in range(3):
+                total += abs(flown[index].center[axis]) + abs(moving[index].velocity[axis])
+                total += abs(moving[index].angular_velocity[axis]) + abs(flown[index].orientation[axis + 1])
+            if not math.isfinite(total):
+                return index
+    return -1
+
+
+@kernel
+def _turn(body, start, end, time_step):
+    """Bound [rad] of how far a body turns within the step."""
+    spin = max(vec3.norm(vec3.load(start.angular_velocity)), vec3.norm(vec3.load(end.angular_velocity)))
+    return spin * time_step
+
+
+@stage
+def find_pairs(address, workspace_address, world):
+    """Fill ``boxes`` and ``pairs`` of the workspace; return the number of pairs."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    colliders = colliders_of(header)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    boxes = table(workspace.boxes, workspace.boxes_size, np.float64)
+    for index in range(header.num_bodies):
+        body = bodies[index]
+        turned = _turn(body, states[index], flown[index], header.time_step)
+        slack = SLACK * body.size if body.motion == DYNAMIC else 0.0
+        swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
+    return all_pairs(bodies, boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+
+
+@stage
+def find_contacts(address, workspace_address, world, num_pairs):
+    """Fill ``contacts`` of the workspace with those the motion of this step can reach; return how many."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    query = query_at(workspace.query)
+    query.world = world
+    query.header = address
+    query.contacts = workspace.contacts
+    query.capacity = workspace.contacts_size
+    query.scratch = workspace.clipping
+    query.scratch_rows = workspace.clipping_size // 8
+    rules = table(header.pair_rules, header.pair_rules_size, PAIR_RULE)
+    count = np.int64(0)
+    for pair in range(num_pairs):
+        a = pairs[2 * pair]
+        b = pairs[2 * pair + 1]
+        start = count
+        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(header, bodies, states, flown, a, b)
+        count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
+        rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
+        for index in range(start, min(count, contacts.shape[0])):
+            mix_materials(bodies[a], bodies[b], rule, contacts[index])
+    return count
+
+
+@kernel
+def _approach(header, bodies, states, flown, a, b):
+    """Bound [m] of how much closer two bodies can come within the step."""
+    moved_a = vec3.sub(vec3.load(flown[a].center), vec3.load(states[a].center))
+    moved_b = vec3.sub(vec3.load(flown[b].center), vec3.load(states[b].center))
+    reach = vec3.norm(vec3.sub(moved_b, moved_a))
+    # A surface without end (a plane, a planet) turns under the other body: the arc where that body is counts.
+    apart = vec3.norm(vec3.sub(vec3.load(states[b].center), vec3.load(states[a].center)))
+    turn_a = _turn(bodies[a], states[a], flown[a], header.time_step)
+    turn_b = _turn(bodies[b], states[b], flown[b], header.time_step)
+    if turn_a > 0.0:
+        reach += turn_a * min(bodies[a].radius, apart + bodies[b].radius)
+    if turn_b > 0.0:
+        reach += turn_b * min(bodies[b].radius, apart + bodies[a].radius)
+    return reach

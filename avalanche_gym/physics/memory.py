@@ -1,0 +1,195 @@
+"""How kernels reach the tables: one address instead of forty arrays.
+
+A kernel called from Python receives the address of a HEADER record (what a world is) and of a WORKSPACE record (scratch
+memory, one a thread) and opens the tables it needs. A call then costs the same for two tables as for twenty (an array
+costs about 50 ns to unpack), and a record travels between kernels as one pointer. The World object owns every table and
+keeps it alive while a kernel runs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import carray, types
+from numba.extending import intrinsic
+
+from .jit import kernel
+from .model import (
+    BODY,
+    BODY_STATE,
+    COLLIDER,
+    CONTACT,
+    FIELD,
+    HEIGHT_FIELD_ROW,
+    PAIR_RULE,
+    REPORT,
+)
+from .solver.workspace import NODE, ROW
+
+# Tables by name. Those of WORLD_TABLES have one block for each world.
+MODEL_TABLES = {
+    "colliders": COLLIDER,
+    "fields": FIELD,
+    "pair_rules": PAIR_RULE,  # (materials * materials,)
+    "height_fields": HEIGHT_FIELD_ROW,
+    "pair_functions": np.dtype(np.int64),  # (NUM_SHAPES * NUM_SHAPES,) addresses of narrow_phase/pairs.py
+}
+WORLD_TABLES = {
+    "bodies": BODY,  # (worlds, bodies)
+    "states": BODY_STATE,  # (worlds, bodies)
+    "contacts": CONTACT,  # (worlds, capacity)
+    "num_contacts": np.dtype(np.int64),  # (worlds,)
+    "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
+    "orientation": np.dtype(np.float64),  # (worlds, bodies, 4)
+    "linear_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [m/s]
+    "angular_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [rad/s]
+    "impulses": np.dtype(np.float64),  # (worlds, bodies, 6) [N s], [N m s] about the centre of mass, for the next call
+    "heights": np.dtype(np.float64),  # (1 or worlds, samples) [m]
+    "height_rates": np.dtype(np.float64),  # (1 or worlds, samples) [m/s]
+    "remaining": np.dtype(np.int64),  # (worlds,) steps left in this call
+    "reports": REPORT,  # (worlds,)
+}
+
+# Stages of the step by name: pipeline.py calls them through the addresses in the header.
+STAGES = ("fly_bodies", "find_pairs", "find_contacts", "solve_contacts", "commit")
+
+HEADER = np.dtype(
+    [
+        ("num_worlds", np.int64),
+        ("num_bodies", np.int64),
+        ("num_materials", np.int64),
+        ("num_heights", np.int64),  # samples of all height fields of one world
+        ("height_worlds", np.int64),  # 1: all worlds share their heights
+        ("contact_capacity", np.int64),  # a world
+        ("collisions", np.int64),  # 0: no two bodies of this scene can meet
+        ("moving_heights", np.int64),
+        ("restitution", np.int64),  # 0: nothing in this scene bounces
+        ("time_step", np.float64),  # [s]
+        ("tolerance", np.float64),
+        ("max_iterations", np.int64),
+        ("events", np.int64),
+        *((name, np.int64) for name in STAGES),
+        *((name, np.int64) for name in (*MODEL_TABLES, *WORLD_TABLES)),
+        *((f"{name}_size", np.int64) for name in MODEL_TABLES),
+    ],
+    align=True,
+)
+
+WORKSPACE_TABLES = {
+    "flown": BODY_STATE,  # (bodies,) at the end of the step if nothing touched
+    "moving": BODY_STATE,  # (bodies,) what the solver turns from free into true velocities
+    "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
+    "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
+    "contacts": CONTACT,  # (contact capacity,)
+    "corrections": np.dtype(np.float64),  # (bodies * 6,) [m], [rad] displacement beyond the flight
+    "island": np.dtype(np.int64),  # (bodies,) of each body, -1 for none
+    "island_starts": np.dtype(np.int64),  # (bodies + 1,) first contact of each island in ``order``
+    "island_bodies": np.dtype(np.int64),  # (bodies,)
+    "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
+    "clipping": np.dtype(np.float64),  # (256 * 8,) for one pair of shapes
+    "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY
+    "solver_rows": ROW,
+    "solver_nodes": NODE,
+    "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
+    "solver_index": np.dtype(np.int64),
+}
+
+WORKSPACE = np.dtype(
+    [
+        ("needed", np.int64),  # what a full table would have needed
+        *((name, np.int64) for name in WORKSPACE_TABLES),
+        *((f"{name}_size", np.int64) for name in WORKSPACE_TABLES),
+    ],
+    align=True,
+)
+
+_BODY_BYTES = BODY.itemsize
+_STATE_BYTES = BODY_STATE.itemsize
+_CONTACT_BYTES = CONTACT.itemsize
+
+
+@intrinsic
+def _pointer(typing_context, address):
+    """The pointer with this int64 address."""
+    signature = types.voidptr(types.int64)
+
+    def codegen(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
+
+    return signature, codegen
+
+
+@kernel
+def table(address, shape, dtype):
+    """The array that lies at an address; its owner must outlive the call."""
+    return carray(_pointer(address), shape, dtype)
+
+
+@kernel
+def header_at(address):
+    return carray(_pointer(address), 1, HEADER)[0]
+
+
+@kernel
+def workspace_at(address):
+    return carray(_pointer(address), 1, WORKSPACE)[0]
+
+
+@kernel
+def bodies_of(header, world):
+    """(bodies,) rows of BODY of one world."""
+    return carray(_pointer(header.bodies + world * header.num_bodies * _BODY_BYTES), header.num_bodies, BODY)
+
+
+@kernel
+def states_of(header, world):
+    """(bodies,) rows of BODY_STATE of one world."""
+    return carray(_pointer(header.states + world * header.num_bodies * _STATE_BYTES), header.num_bodies, BODY_STATE)
+
+
+@kernel
+def contacts_of(header, world):
+    """(capacity,) rows of CONTACT of one world: those of its last step."""
+    offset = world * header.contact_capacity * _CONTACT_BYTES
+    return carray(_pointer(header.contacts + offset), header.contact_capacity, CONTACT)
+
+
+@kernel
+def colliders_of(header):
+    return carray(_pointer(header.colliders), header.colliders_size, COLLIDER)
+
+
+@kernel
+def fields_of(header):
+    return carray(_pointer(header.fields), header.fields_size, FIELD)
+
+
+@kernel
+def heights_of(header, world):
+    """(samples,) heights [m] of one world."""
+    offset = 8 * world * header.num_heights if header.height_worlds > 1 else 0
+    return carray(_pointer(header.heights + offset), header.num_heights, np.float64)
+
+
+@kernel
+def height_rates_of(header, world):
+    """(samples,) rates of the heights [m/s] of one world."""
+    offset = 8 * world * header.num_heights if header.height_worlds > 1 else 0
+    return carray(_pointer(header.height_rates + offset), header.num_heights, np.float64)
+
+
+@kernel
+def vectors_of(address, header, world, width):
+    """(bodies, width) rows of one world in a table of floats (worlds, bodies, width)."""
+    offset = 8 * world * header.num_bodies * width
+    return carray(_pointer(address + offset), (header.num_bodies, width), np.float64)
+
+
+@kernel
+def world_entry(address, world):
+    """(1,) the entry of one world in a table of integers (worlds,)."""
+    return carray(_pointer(address + 8 * world), 1, np.int64)
+
+
+@kernel
+def report_of(header, world):
+    return carray(_pointer(header.reports), header.num_worlds, REPORT)[world]

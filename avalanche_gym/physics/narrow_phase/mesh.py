@@ -1,0 +1,335 @@
+"""Sphere, capsule and box against a triangle mesh.
+
+The same three kinds of contact as for a height field (height_field.py), with the faces found by the mesh's tree. What
+sticks out was found when the mesh was prepared (shapes/mesh_preparation.py); the cones are read off the adjacent faces here.
+
+**A corner behind a face** may have come through it or lie beyond a thin wall. The nearest point of the surface decides: it is inside if
+the pseudo-normal there says so (Baerentzen and Aanaes 2005, "Signed distance computation using the angle weighted
+pseudonormal"); a rim has no inside. The contacts of a corner that has come through are those of the nearest point, with its depth.
+
+A sheet (``two_sided``) acts on the side on which the middle of the shape is, face by face.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..broad_phase.static_tree import box_distance_squared, faces_in_box, leaf_near
+from ..jit import kernel
+from ..maths import mat3, vec3
+from .terrain_candidates import (
+    END_FEATURE_ROW,
+    END_FREE_ROW,
+    FIRST_FEATURE_ROW,
+    FIRST_FREE_ROW,
+    add_candidate,
+    emit_candidates,
+)
+from .terrain_features import MOST_SPOKES, collide_features, core_corner, core_of, put_edge
+from .triangle import EDGE, REGION_SLACK, VERTEX, closest_point, in_prism
+
+# Rows of the scratch table: for each corner whether it is behind a face, the square of the distance to the surface and
+# the nearest point; then faces.
+CORNER_ROWS = FIRST_FREE_ROW
+FACE_ROWS = FIRST_FREE_ROW + 8
+# Most rows that an edge and a vertex add to the list of features.
+ROWS_OF_CORNER = 3 + 1 + MOST_SPOKES
+
+MARK, NEAREST, TOUCH = 0, 1, 2
+
+
+@kernel
+def corners_of(vertices, face):
+    """The three corners of a face [m]."""
+    return (
+        vec3.load(vertices[face.vertices[0]].position),
+        vec3.load(vertices[face.vertices[1]].position),
+        vec3.load(vertices[face.vertices[2]].position),
+    )
+
+
+@kernel
+def _list_edge(vertices, faces, face, k, two_sided, center, scratch, end):
+    """Append edge k of a face to the list of features; return the new end."""
+    start = vec3.load(vertices[face.vertices[k]].position)
+    e = vec3.sub(vec3.load(vertices[face.vertices[(k + 1) % 3]].position), start)
+    length = vec3.norm(e)
+    e = vec3.scale(1.0 / length, e)
+    n = vec3.load(face.normal)
+    m1 = vec3.cross(n, e)
+    if face.neighbours[k] >= 0:
+        m2 = vec3.cross(e, vec3.load(faces[face.neighbours[k]].normal))
+        out = vec3.add(n, vec3.load(faces[face.neighbours[k]].normal))
+    else:
+        # A rim: from the face to its plane's outside, or all around on a sheet.
+        m2 = m1 if two_sided else vec3.neg(n)
+        out = vec3.sub(n, m1)
+    if two_sided:
+        out = vec3.sub(center, start)
+        out = vec3.add_scaled(out, -vec3.dot(out, e), e)
+    return put_edge(scratch, end, start, e, length, m1, m2, out)
+
+
+@kernel
+def _put_spoke(vertices, other, v, scratch, row):
+    t = vec3.sub(vec3.load(vertices[other].position), v)
+    s = 1.0 / vec3.norm(t)
+    for k in range(3):
+        scratch[row, k] = s * t[k]
+
+
+@kernel
+def _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end):
+    """Append vertex k of a face to the list of features, walking around it; return the new end."""
+    number = faces[index].vertices[k]
+    v = vec3.load(vertices[number].position)
+    row = end + 1
+    last = end + MOST_SPOKES
+    # Counter-clockwise; if that ends at a rim, clockwise from the first face too. Every face gives the edge that leaves v.
+    clockwise = False
+    here = int(index)
+    corner = k
+    while row < last:
+        face = faces[here]
+        _put_spoke(vertices, face.vertices[(corner + 1) % 3], v, scratch, row)
+        row += 1
+        following = int(face.neighbours[corner if clockwise else (corner + 2) % 3])
+        if following < 0 and not clockwise:
+            _put_spoke(vertices, face.vertices[(corner + 2) % 3], v, scratch, row)
+            row += 1
+            clockwise = True
+            following = int(faces[index].neighbours[k])
+        if following < 0 or following == index:
+            break
+        here = following
+        corner = 0
+        while faces[here].vertices[corner] != number:
+            corner += 1
+    out = vec3.sub(center, v) if two_sided else vec3.load(vertices[number].normal)
+    scratch[end, 0] = row - end - 1
+    for j in range(3):
+        scratch[end, 1 + j] = v[j]
+        scratch[end, 4 + j] = out[j]
+    scratch[end, 7] = number
+    return row
+
+
+@kernel
+def _is_inside(vertices, faces, face, side, p, nearest, lies_on):
+    """Whether p is on the solid side of the surface, given the point of a face nearest to it and what that lies on."""
+    n = vec3.load(face.normal)
+    if lies_on >= VERTEX:
+        vertex = vertices[face.vertices[lies_on - VERTEX]]
+        if vertex.rim == 1:
+            return False
+        n = vec3.load(vertex.normal)
+    elif lies_on >= EDGE:
+        across = face.neighbours[lies_on - EDGE]
+        if across < 0:
+            return False
+        n = vec3.add(n, vec3.load(faces[across].normal))
+    return side * vec3.dot(n, vec3.sub(p, nearest)) < 0.0
+
+
+@kernel
+def _corner_against_face(vertices, faces, face, side, stage, corner, p, radius, margin, scale, scratch, count):
+    """One stage for one corner of the core and one face; return the count of candidates.
+
+    MARK notes that the corner is behind a face, NEAREST looks for the nearest point of the surface, TOUCH adds the contacts.
+    """
+    row = CORNER_ROWS + corner
+    a, b, c = corners_of(vertices, face)
+    n = vec3.scale(side, vec3.load(face.normal))
+    height = vec3.dot(n, vec3.sub(p, a))
+    if stage == MARK:
+        if height < 0.0:
+            scratch[row, 0] = 1.0
+    elif stage == NEAREST:
+        if scratch[row, 0] == 1.0 and height * height < scratch[row, 1]:
+            nearest, lies_on = closest_point(p, a, b, c)
+            square = vec3.norm_squared(vec3.sub(p, nearest))
+            if square < scratch[row, 1]:
+                inside = _is_inside(vertices, faces, face, side, p, nearest, lies_on)
+                base = nearest if inside else p
+                scratch[row, 1] = square
+                for k in range(3):
+                    scratch[row, 2 + k] = base[k]
+    elif height - radius <= margin:
+        base = (scratch[row, 2], scratch[row, 3], scratch[row, 4])
+        slack = REGION_SLACK * (vec3.norm(vec3.sub(b, a)) + vec3.norm(vec3.sub(c, a)))
+        if vec3.dot(n, vec3.sub(base, a)) >= -slack and in_prism(base, a, b, c, n, slack):
+            gap = height - radius
+            position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
+            return add_candidate(scratch, count, position, n, gap, corner, scale, margin)
+    return count
+
+
+@kernel
+def _push_out(vertices, faces, nodes, center, axes, half, radius, margin, scale, scratch):
+    """A shape with its middle deep in a solid: one contact, towards the nearest point of the surface."""
+    best = math.inf
+    normal = vec3.ZERO
+    inside = False
+    node = leaf_near(nodes, center)
+    first_pass = True
+    while node < nodes.shape[0]:
+        here = nodes[node]
+        if box_distance_squared(here, center) >= best:
+            node = int(here.skip)
+            continue
+        for index in range(here.first, here.first + here.count):
+            face = faces[index]
+            a, b, c = corners_of(vertices, face)
+            nearest, lies_on = closest_point(center, a, b, c)
+            square = vec3.norm_squared(vec3.sub(center, nearest))
+            if square < best:
+                best = square
+                inside = _is_inside(vertices, faces, face, 1.0, center, nearest, lies_on)
+                normal = vec3.sub(nearest, center)
+        node = 0 if first_pass else node + 1
+        first_pass = False
+    if not inside or best == 0.0:
+        return 0
+    depth = math.sqrt(best)
+    normal = vec3.scale(1.0 / depth, normal)
+    local = mat3.apply_transposed(axes, normal)
+    reach = abs(local[0]) * half[0] + abs(local[1]) * half[1] + abs(local[2]) * half[2] + radius
+    gap = -depth - reach
+    position = vec3.add_scaled(center, 0.5 * (depth - reach), normal)
+    return add_candidate(scratch, 0, position, normal, gap, 0, scale, margin)
+
+
+@kernel
+def _meet(vertices, faces, num_listed, stage, two_sided, shape, center, axes, half, radius, margin, scale, scratch, count):
+    """One stage for all listed faces; the first one handles edges and vertices as well."""
+    end = FIRST_FEATURE_ROW
+    for item in range(num_listed):
+        index = int(scratch[FACE_ROWS + (item >> 3), item & 7])
+        face = faces[index]
+        n = vec3.load(face.normal)
+        height = vec3.dot(n, vec3.sub(center, vec3.load(vertices[face.vertices[0]].position)))
+        side = -1.0 if two_sided and height < 0.0 else 1.0
+        local = mat3.apply_transposed(axes, n)
+        reach = abs(local[0]) * half[0] + abs(local[1]) * half[1] + abs(local[2]) * half[2] + radius
+        if side * height > reach + margin:
+            continue
+        for corner in range(8):
+            p, counts = core_corner(center, axes, half, corner)
+            if counts:
+                count = _corner_against_face(
+                    vertices, faces, face, side, stage, corner, p, radius, margin, scale, scratch, count
+                )
+        if stage == MARK and face.flags != 0:
+            for k in range(3):
+                if face.flags >> k & 1:
+                    end = _list_edge(vertices, faces, face, k, two_sided, center, scratch, end)
+                if face.flags >> (3 + k) & 1:
+                    end = _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end)
+                if end + ROWS_OF_CORNER > END_FEATURE_ROW:
+                    count = collide_features(scratch, end, shape, center, axes, half, radius, margin, scale, count)
+                    end = FIRST_FEATURE_ROW
+    if stage == MARK:
+        count = collide_features(scratch, end, shape, center, axes, half, radius, margin, scale, count)
+    return count
+
+
+@kernel
+def collide_mesh(
+    shape_a,
+    position_a,
+    rotation_a,
+    size_a,
+    position_b,
+    rotation_b,
+    mesh,
+    vertices,
+    faces,
+    nodes,
+    margin,
+    contacts,
+    count,
+    scratch,
+):
+    """Append the contacts of a sphere, capsule or box with a mesh; return the new count.
+
+    Args:
+        shape_a: code of the shape.
+        position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
+        position_b, rotation_b: place of the mesh.
+        mesh: its MESH_ROW.
+        vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
+        margin: [m] contacts farther apart are left out.
+        contacts, count: as in ``manifold.emit``.
+        scratch: (256, 8), overwritten.
+    """
+    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
+    axes = mat3.multiply(mat3.transpose(rotation_b), rotation_a)
+    half, radius = core_of(shape_a, size_a)
+    reach = radius + margin
+    extent = (
+        abs(axes[0]) * half[0] + abs(axes[1]) * half[1] + abs(axes[2]) * half[2] + reach,
+        abs(axes[3]) * half[0] + abs(axes[4]) * half[1] + abs(axes[5]) * half[2] + reach,
+        abs(axes[6]) * half[0] + abs(axes[7]) * half[1] + abs(axes[8]) * half[2] + reach,
+    )
+    lower = vec3.sub(center, extent)
+    upper = vec3.add(center, extent)
+    vertices = vertices[mesh.first_vertex : mesh.first_vertex + mesh.num_vertices]
+    faces = faces[mesh.first_face : mesh.first_face + mesh.num_faces]
+    nodes = nodes[mesh.first_node : mesh.first_node + mesh.num_nodes]
+    two_sided = mesh.two_sided == 1
+    scale = max(half[0], half[1], half[2]) + radius
+    # A corner farther in than this takes no part; the shape is pushed out as a whole.
+    deepest = vec3.norm_squared(extent) * 4.0
+    for corner in range(8):
+        p, _ = core_corner(center, axes, half, corner)
+        scratch[CORNER_ROWS + corner, 0] = 0.0
+        scratch[CORNER_ROWS + corner, 1] = deepest
+        for k in range(3):
+            scratch[CORNER_ROWS + corner, 2 + k] = p[k]
+    found = 0
+    listed = 0
+    node = 0
+    complete = False
+    for stage in range(3):
+        if stage == NEAREST:
+            behind = 0.0
+            for corner in range(8):
+                behind += scratch[CORNER_ROWS + corner, 0]
+            if behind == 0.0:
+                continue
+        if not complete:
+            node = 0
+        while True:
+            if not complete:
+                from_start = node == 0
+                listed, node = faces_in_box(nodes, node, lower, upper, scratch, FACE_ROWS, END_FREE_ROW)
+                complete = from_start and node == nodes.shape[0]
+            found = _meet(
+                vertices,
+                faces,
+                listed,
+                stage,
+                two_sided,
+                shape_a,
+                center,
+                axes,
+                half,
+                radius,
+                margin,
+                scale,
+                scratch,
+                found,
+            )
+            if node == nodes.shape[0]:
+                break
+        if complete and listed == 0:
+            break
+    if (
+        found == 0
+        and mesh.closed == 1
+        and mesh.lower[0] < center[0] < mesh.upper[0]
+        and mesh.lower[1] < center[1] < mesh.upper[1]
+        and mesh.lower[2] < center[2] < mesh.upper[2]
+    ):
+        found = _push_out(vertices, faces, nodes, center, axes, half, radius, margin, scale, scratch)
+    return emit_candidates(scratch, found, position_b, rotation_b, scale, margin, contacts, count)

@@ -1,0 +1,75 @@
+"""One question to the narrow phase: two placed colliders, and where their contacts go.
+
+The function of a pair of shapes is reached through its address (jit.stage), with the address of this record: a scene
+compiles only the pairs it has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..jit import kernel
+from ..maths import vec3
+from ..memory import table
+from ..model import CONTACT
+
+PAIR_QUERY = np.dtype(
+    [
+        ("shape_a", np.int64),
+        ("shape_b", np.int64),
+        ("data_a", np.int64),  # row in the table of the shape
+        ("data_b", np.int64),
+        ("position_a", np.float64, 3),  # [m] world frame
+        ("rotation_a", np.float64, 9),  # collider frame -> world, row by row
+        ("size_a", np.float64, 3),  # [m] as in model.COLLIDER
+        ("position_b", np.float64, 3),
+        ("rotation_b", np.float64, 9),
+        ("size_b", np.float64, 3),
+        ("margin", np.float64),  # [m] contacts farther apart are left out
+        ("world", np.int64),
+        ("header", np.int64),  # address
+        ("contacts", np.int64),  # address of the list to append to
+        ("capacity", np.int64),  # of that list
+        ("scratch", np.int64),  # address of floats (scratch_rows, 8)
+        ("scratch_rows", np.int64),
+    ],
+    align=True,
+)
+
+
+@kernel
+def query_at(address):
+    return table(address, 1, PAIR_QUERY)[0]
+
+
+@kernel
+def load_rotation(a):
+    return (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8])
+
+
+@kernel
+def store_rotation(a, m):
+    for index in range(9):
+        a[index] = m[index]
+
+
+@kernel
+def first_of(query):
+    """Position, rotation and size of the first collider."""
+    return vec3.load(query.position_a), load_rotation(query.rotation_a), vec3.load(query.size_a)
+
+
+@kernel
+def second_of(query):
+    """Position, rotation and size of the second collider."""
+    return vec3.load(query.position_b), load_rotation(query.rotation_b), vec3.load(query.size_b)
+
+
+@kernel
+def contact_list(query):
+    return table(query.contacts, query.capacity, CONTACT)
+
+
+@kernel
+def scratch_of(query):
+    return table(query.scratch, (query.scratch_rows, 8), np.float64)

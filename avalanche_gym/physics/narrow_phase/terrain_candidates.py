@@ -1,0 +1,145 @@
+"""Candidates of one pair of shape and terrain: collected, merged, reduced, numbered and handed over.
+
+A candidate is a row of the caller's scratch table: position (3) and outward normal (3) in the terrain's frame, gap, feature.
+"Outward" is from the terrain to the shape, against the normal of the contact.
+
+**Merging.** Neighbouring regions of the terrain overlap by round-off (triangle.py), so one contact can be found from two
+faces. Two candidates at one place with one normal are one.
+
+**Reduction.** A rigid body is held by few contacts: those that span the others. The deepest is kept, then again and again the one
+farthest from all kept ones, where distance counts position and ``scale`` times the normal (Gonzalez 1985, "Clustering to
+minimize the maximum intercluster distance"): the extremes of the support, and one of each direction.
+
+**Feature ids.** A candidate's feature names the part of the moving shape alone, so that it stays when the shape slides from one
+triangle to the next. Where one part touches in several places the places are numbered in the order of their normals,
+which does not depend on the triangulation either. Vertices of the terrain are named by their own number.
+"""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..maths import mat3, vec3
+from .manifold import emit
+
+# The scratch table has (256, 8) entries: candidates, features of the terrain (terrain_features.py), then what a kind of
+# terrain needs for itself.
+CAPACITY = 64
+FIRST_FEATURE_ROW = 64
+END_FEATURE_ROW = 144
+FIRST_FREE_ROW = 144
+END_FREE_ROW = 256
+
+# What a full buffer of candidates is reduced to.
+KEPT_WHEN_FULL = 24
+# Most contacts of a pair.
+MOST_CONTACTS = 8
+
+# Candidates closer than this in position, relative to the shape's size, and in unit normal are one contact.
+MERGE_DISTANCE = 1e-6
+SAME_NORMAL = 1e-6
+
+# Features: a part of the moving shape, below 2^20; or a vertex of the terrain (number and part).
+TERRAIN_VERTEX = 1 << 30
+VERTEX_NUMBERS = 1 << 27
+RANKS = 1 << 6
+
+# Normals of contacts with one part are ordered along this direction, which is aligned with nothing in particular.
+GENERIC_DIRECTION = (0.2391, 0.5137, 0.8240)
+
+
+@kernel
+def reduce_candidates(scratch, count, most, scale, margin):
+    """Keep ``most`` candidates, the deepest first; return how many there are."""
+    if count <= most:
+        return count
+    # A contact that is farther off than the deepest by the whole margin counts half.
+    falloff = 1.0 / max(margin, MERGE_DISTANCE * scale)
+    for kept in range(most):
+        chosen = kept
+        best = -1.0
+        for i in range(kept, count):
+            if kept == 0:
+                if scratch[i, 6] < scratch[chosen, 6]:
+                    chosen = i
+                continue
+            score = 1e300
+            for j in range(kept):
+                position = 0.0
+                normal = 0.0
+                for k in range(3):
+                    position += (scratch[i, k] - scratch[j, k]) ** 2
+                    normal += (scratch[i, 3 + k] - scratch[j, 3 + k]) ** 2
+                score = min(score, position + scale * scale * normal)
+            rise = (scratch[i, 6] - scratch[0, 6]) * falloff
+            score /= 1.0 + rise * rise
+            if score > best:
+                best = score
+                chosen = i
+        if chosen != kept:
+            for k in range(8):
+                other = scratch[kept, k]
+                scratch[kept, k] = scratch[chosen, k]
+                scratch[chosen, k] = other
+    return most
+
+
+@kernel
+def add_candidate(scratch, count, position, out, gap, feature, scale, margin):
+    """Append a candidate unless it is there already; return the new count.
+
+    Args:
+        scratch: (256, 8).
+        count: number of candidates.
+        position: [m] midway between the surfaces, terrain frame.
+        out: unit, from the terrain to the shape.
+        gap: [m].
+        feature: see above.
+        scale: [m] size of the shape.
+        margin: [m].
+    """
+    near = MERGE_DISTANCE * scale
+    for i in range(count):
+        if (
+            abs(scratch[i, 0] - position[0]) <= near
+            and abs(scratch[i, 1] - position[1]) <= near
+            and abs(scratch[i, 2] - position[2]) <= near
+            and abs(scratch[i, 3] - out[0]) + abs(scratch[i, 4] - out[1]) + abs(scratch[i, 5] - out[2]) <= SAME_NORMAL
+        ):
+            scratch[i, 6] = min(scratch[i, 6], gap)
+            scratch[i, 7] = min(scratch[i, 7], feature)
+            return count
+    if count == CAPACITY:
+        count = reduce_candidates(scratch, count, KEPT_WHEN_FULL, scale, margin)
+    scratch[count, 0] = position[0]
+    scratch[count, 1] = position[1]
+    scratch[count, 2] = position[2]
+    scratch[count, 3] = out[0]
+    scratch[count, 4] = out[1]
+    scratch[count, 5] = out[2]
+    scratch[count, 6] = gap
+    scratch[count, 7] = feature
+    return count + 1
+
+
+@kernel
+def emit_candidates(scratch, num_candidates, position_b, rotation_b, scale, margin, contacts, count):
+    """Reduce the candidates, number them and emit them in the world frame; return the new count of contacts."""
+    num_candidates = reduce_candidates(scratch, num_candidates, MOST_CONTACTS, scale, margin)
+    for i in range(num_candidates):
+        feature = int(scratch[i, 7])
+        if feature < TERRAIN_VERTEX:
+            rank = 0
+            for j in range(num_candidates):
+                if j != i and scratch[j, 7] == scratch[i, 7]:
+                    normal = 0.0
+                    position = 0.0
+                    for k in range(3):
+                        position += GENERIC_DIRECTION[k] * (scratch[j, k] - scratch[i, k])
+                        normal += GENERIC_DIRECTION[k] * (scratch[j, 3 + k] - scratch[i, 3 + k])
+                    if normal > SAME_NORMAL or (normal >= -SAME_NORMAL and position > 0.0):
+                        rank += 1
+            feature = feature * RANKS + rank
+        here = vec3.add(position_b, mat3.apply(rotation_b, (scratch[i, 0], scratch[i, 1], scratch[i, 2])))
+        into = mat3.apply(rotation_b, (-scratch[i, 3], -scratch[i, 4], -scratch[i, 5]))
+        count = emit(contacts, count, here, into, scratch[i, 6], feature)
+    return count

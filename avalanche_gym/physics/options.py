@@ -1,0 +1,49 @@
+"""How a world computes: one default, good for every scene; a user turns the step size and the tolerance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Options:
+    """Settings of a World.
+
+    Raises:
+        ValueError: a field is outside its range; the text names the field, what was given and what is allowed.
+    """
+
+    time_step: float = 1.0 / 240.0
+    """[s] of one step. Half the step costs twice the time; errors of sliding and rolling fall to a quarter."""
+    tolerance: float = 1e-12
+    """Relative residual of the contact problem that the solver aims at. 1e-6 saves iterations where bodies slide or jam."""
+    substeps: int = 8
+    """Sweeps of the pile tier in one step, for islands too large to be solved exactly. Time grows with it."""
+    max_iterations: int = 60
+    """Factorisations that the exact tier may spend on one island and step. Only islands that stall get there."""
+    events: bool = True
+    """Locate impacts in time where that changes the outcome. ``False`` is plain time stepping, cheaper in scenes that bounce."""
+    sleeping: bool = True
+    """Let islands in balance rest until something disturbs them. Saves nearly all the time of a settled pile."""
+    max_contacts: int | None = None
+    """Contacts a world may have. ``None`` grows as needed; a number is a hard limit, and exceeding it an error."""
+    threads: int = 1
+    """Threads that share the worlds of a batch. Results are the same bits for every number."""
+
+    def __post_init__(self) -> None:
+        for name in ("time_step", "tolerance"):
+            value = getattr(self, name)
+            if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
+                raise ValueError(f"Options({name}={value!r}): give a finite number greater than 0.")
+        for name in ("substeps", "max_iterations", "threads"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise ValueError(f"Options({name}={value!r}): give a whole number of at least 1.")
+        for name in ("events", "sleeping"):
+            value = getattr(self, name)
+            if not isinstance(value, bool):
+                raise ValueError(f"Options({name}={value!r}): give True or False.")
+        limit = self.max_contacts
+        if limit is not None and (isinstance(limit, bool) or not isinstance(limit, int) or limit < 1):
+            raise ValueError(f"Options(max_contacts={limit!r}): give a whole number of at least 1, or None to let it grow.")

@@ -1,0 +1,119 @@
+"""One step of one world: the whole algorithm on one screen, and the loop over steps and worlds.
+
+The stages do not know each other; detection.py and response.py join them, and the kernels here call those through the
+addresses in the header, so a scene compiles only what it needs. The state changes only at the very end: a step
+that cannot be completed leaves the world as it was.
+"""
+
+from __future__ import annotations
+
+from .detection import first_non_finite
+from .diagnostics import kinetic_energy_of, potential_energy_of
+from .frames import kick
+from .jit import call_stage, entry_point, kernel
+from .maths import vec3
+from .memory import bodies_of, fields_of, header_at, report_of, states_of, vectors_of, workspace_at, world_entry
+from .model import CONTACTS_FULL, NON_FINITE, OK, PAIRS_FULL, SOLVER_FULL
+
+
+@kernel
+def step_world(address, workspace_address, world):
+    """Advance one world by one step; return its status and, if that is NON_FINITE, the body concerned.
+
+    flight        every body flies to the end of the step as if nothing touched (exact)
+    broad phase   pairs of bodies whose swept bounds meet
+    narrow phase  their contacts, at the start of the step, as far as the motion can reach
+    contacts      what each asks of the velocities at the end; the impulses of the last step to start from
+    solver        island by island; contacts that closed in this step settle their velocity by a second solve
+    commit        flight plus what the impulses move; measured overlap is removed without adding velocity
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    call_stage(header.fly_bodies, address, workspace_address, world)
+    count = 0
+    if header.collisions == 1:
+        num_pairs = call_stage(header.find_pairs, address, workspace_address, world)
+        if 2 * num_pairs > workspace.pairs_size:
+            workspace.needed = num_pairs
+            return PAIRS_FULL, -1
+        count = call_stage(header.find_contacts, address, workspace_address, world, num_pairs)
+        if count > workspace.contacts_size:
+            workspace.needed = count
+            return CONTACTS_FULL, -1
+    if count > 0:
+        count = call_stage(header.solve_contacts, address, workspace_address, world, count)
+        if count < 0:
+            return SOLVER_FULL, -1
+    body = first_non_finite(header, workspace, world)
+    if body >= 0:
+        return NON_FINITE, body
+    call_stage(header.commit, address, workspace_address, world, count)
+    return OK, -1
+
+
+@kernel
+def begin_call(header, world):
+    """Apply the impulses that wait for this call, and open its report."""
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    impulses = vectors_of(header.impulses, header, world, 6)
+    for index in range(header.num_bodies):
+        row = impulses[index]
+        waiting = False
+        for axis in range(6):
+            waiting = waiting or row[axis] != 0.0
+        if waiting:
+            kick(bodies[index], states[index], (row[0], row[1], row[2]), (row[3], row[4], row[5]))
+            for axis in range(6):
+                row[axis] = 0.0
+    report = report_of(header, world)
+    report.residual = 0.0
+    report.penetration = 0.0
+    report.iterations = 0
+    report.method = 0
+    report.contacts = 0
+    report.events = 0
+    report.event_limit = 0
+    report.steps = 0
+    report.energy_start = kinetic_energy_of(bodies, states) + potential_energy_of(bodies, states, fields_of(header))
+
+
+@kernel
+def end_call(header, world):
+    """Forces last until the end of the call."""
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    for index in range(header.num_bodies):
+        vec3.store(states[index].force, vec3.ZERO)
+        vec3.store(states[index].torque, vec3.ZERO)
+    report = report_of(header, world)
+    report.energy_end = kinetic_energy_of(bodies, states) + potential_energy_of(bodies, states, fields_of(header))
+
+
+@entry_point
+def advance(address, workspace_address, first, last, begin):
+    """Run the steps that remain in worlds first <= world < last; return how many worlds could not finish.
+
+    ``begin`` is 1 for a new call of World.step, 0 to go on with one after tables have grown. A world that cannot finish
+    keeps its remaining steps; its report holds status and body.
+    """
+    header = header_at(address)
+    stopped = 0
+    for world in range(first, last):
+        remaining = world_entry(header.remaining, world)
+        report = report_of(header, world)
+        if begin == 1:
+            begin_call(header, world)
+        report.status = OK
+        while remaining[0] > 0 and report.status == OK:
+            status, body = step_world(address, workspace_address, world)
+            report.status = status
+            report.body = body
+            if status == OK:
+                remaining[0] -= 1
+                report.steps += 1
+        if report.status == OK:
+            end_call(header, world)
+        else:
+            stopped += 1
+    return stopped

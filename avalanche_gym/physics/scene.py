@@ -1,0 +1,290 @@
+"""What a user describes: bodies, materials, force fields. A World turns it into tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .mass_properties import MassProperties, check_inertia, check_mass
+from .shapes import Shape, TriangleMesh, checks
+
+MOTIONS = ("dynamic", "kinematic", "static")
+
+
+def checked_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A finite vector (3,), or an error that names it."""
+    return checks.finite_array(name, value, (3,), "three finite numbers")
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """How a surface touches. Two materials are the same only if they are the same object.
+
+    A pair takes the larger friction of the two, the product of the restitutions, and the larger of each moment arm,
+    unless ``Scene.set_pair`` says otherwise.
+
+    Args:
+        friction: Coulomb coefficient, >= 0.
+        restitution: ratio of separation to approach speed, 0 to 1.
+        rolling_friction: [m] the rolling moment is at most this times the normal force.
+        torsional_friction: [m] the same about the normal.
+    """
+
+    friction: float = 0.5
+    restitution: float = 0.0
+    rolling_friction: float = 0.0
+    torsional_friction: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("friction", "restitution", "rolling_friction", "torsional_friction"):
+            check_coefficient(f"Material({name}", name, getattr(self, name), ")")
+
+
+def check_coefficient(prefix: str, name: str, value: Any, suffix: str = "") -> None:
+    """Friction and its kin are finite and >= 0; restitution also <= 1."""
+    upper = 1.0 if name == "restitution" else math.inf
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
+        raise ValueError(f"{prefix}={value!r}{suffix}: give a number.")
+    if not (math.isfinite(value) and 0.0 <= value <= upper):
+        allowed = "a number from 0 to 1" if upper == 1.0 else "a finite number of at least 0"
+        raise ValueError(f"{prefix}={value!r}{suffix}: give {allowed}.")
+
+
+DEFAULT_MATERIAL = Material()
+
+
+@dataclass(frozen=True)
+class UniformGravity:
+    """The same acceleration [m/s^2] everywhere, world frame."""
+
+    acceleration: Sequence[float]
+
+    def __post_init__(self) -> None:
+        vector = checked_vector("UniformGravity(acceleration", self.acceleration)
+        object.__setattr__(self, "acceleration", tuple(vector.tolist()))
+
+
+@dataclass(frozen=True)
+class PointGravity:
+    """Acceleration mu / r^2 towards ``center`` [m], with ``mu`` [m^3/s^2]."""
+
+    center: Sequence[float]
+    mu: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", tuple(checked_vector("PointGravity(center", self.center).tolist()))
+        if not (isinstance(self.mu, (int, float)) and math.isfinite(self.mu)):
+            raise ValueError(f"PointGravity(mu={self.mu!r}): give a finite number [m^3/s^2]; negative pushes away.")
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One body of a scene, checked; see ``Scene.add_body``."""
+
+    name: str
+    shape: Shape
+    motion: str
+    material: Material
+    mass: float  # [kg]; 0 unless dynamic
+    center_of_mass: NDArray[np.float64]  # (3,) [m] in the shape's frame
+    inertia: NDArray[np.float64]  # (3, 3) [kg m^2] about the centre of mass, body frame
+    position: NDArray[np.float64]  # (3,) [m]
+    orientation: NDArray[np.float64]  # (4,)
+    linear_velocity: NDArray[np.float64]  # (3,) [m/s] of the origin of the shape's frame
+    angular_velocity: NDArray[np.float64]  # (3,) [rad/s]
+    visual: TriangleMesh | None = field(default=None)
+
+
+class Scene:
+    """Bodies, force fields and pair rules: everything that a World is built from.
+
+    Example:
+        >>> scene = Scene()
+        >>> scene.add_field(UniformGravity((0, 0, -9.81)))
+        >>> ball = scene.add_body(Sphere(0.1), mass=1.0, position=(0, 0, 1), name="ball")
+    """
+
+    def __init__(self) -> None:
+        self.bodies: list[Body | None] = []
+        self.fields: list[UniformGravity | PointGravity] = []
+        self.pair_rules: dict[tuple[Material, Material], tuple[float | None, float | None]] = {}
+
+    def copy(self) -> Scene:
+        """A scene of its own with the same bodies, fields and rules."""
+        other = Scene()
+        other.bodies = list(self.bodies)
+        other.fields = list(self.fields)
+        other.pair_rules = dict(self.pair_rules)
+        return other
+
+    def add_field(self, force_field: UniformGravity | PointGravity) -> None:
+        """Add a force field; several add up."""
+        if not isinstance(force_field, (UniformGravity, PointGravity)):
+            raise TypeError(f"add_field({force_field!r}): give a UniformGravity or a PointGravity.")
+        self.fields.append(force_field)
+
+    def add_body(
+        self,
+        shape: Shape,
+        *,
+        motion: str = "dynamic",
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        material: Material = DEFAULT_MATERIAL,
+        name: str | None = None,
+        mass: float | None = None,
+        density: float | None = None,
+        inertia: ArrayLike | None = None,
+        center_of_mass: ArrayLike | None = None,
+        linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        visual: TriangleMesh | None = None,
+    ) -> int:
+        """Add a body and return its handle, the index on axis 1 of every state array.
+
+        Args:
+            shape: collider, in the frame that ``position`` and ``orientation`` place.
+            motion: ``"dynamic"``, ``"kinematic"`` (moved by its velocities) or ``"static"``.
+            position: (3,) [m], world frame.
+            orientation: (4,) unit quaternion wxyz.
+            material: surface; see Material.
+            name: unique; ``body_<handle>`` by default.
+            mass: [kg]; or
+            density: [kg/m^3]; 1000 if neither is given.
+            inertia: [kg m^2] (Ixx, Iyy, Izz) or (3, 3) about the centre of mass in the body frame; the shape's by default.
+            center_of_mass: (3,) [m] in the shape's frame; the shape's by default.
+            linear_velocity: (3,) [m/s] of the origin of the shape's frame, world frame.
+            angular_velocity: (3,) [rad/s], world frame.
+            visual: mesh to draw instead of the collider.
+
+        Raises:
+            ValueError, TypeError: the text names the body, what was given, what is allowed and what to do.
+        """
+        handle = next((index for index, body in enumerate(self.bodies) if body is None), len(self.bodies))
+        body = self.describe_body(
+            handle,
+            shape,
+            motion=motion,
+            position=position,
+            orientation=orientation,
+            material=material,
+            name=name,
+            mass=mass,
+            density=density,
+            inertia=inertia,
+            center_of_mass=center_of_mass,
+            linear_velocity=linear_velocity,
+            angular_velocity=angular_velocity,
+            visual=visual,
+        )
+        self.bodies[handle : handle + 1] = [body]
+        return handle
+
+    def describe_body(
+        self,
+        handle: int,
+        shape: Shape,
+        *,
+        motion: str,
+        position: ArrayLike,
+        orientation: ArrayLike,
+        material: Material,
+        name: str | None,
+        mass: float | None,
+        density: float | None,
+        inertia: ArrayLike | None,
+        center_of_mass: ArrayLike | None,
+        linear_velocity: ArrayLike,
+        angular_velocity: ArrayLike,
+        visual: TriangleMesh | None,
+    ) -> Body:
+        """Check everything about a body before anything is changed."""
+        label = f"body_{handle}" if name is None else name
+        if not isinstance(label, str) or not label:
+            raise TypeError(f"add_body(name={name!r}): give a non-empty string, or None.")
+        if any(body is not None and body.name == label for body in self.bodies):
+            raise ValueError(f"add_body(name={label!r}): a body of this scene has that name already; give another one.")
+        if not isinstance(shape, Shape):
+            raise TypeError(f"Body {label!r}: shape={shape!r} is no shape; give Sphere(...), Box(...) or another of physics.shapes.")
+        if motion not in MOTIONS:
+            raise ValueError(f"Body {label!r}: motion={motion!r}; give one of {', '.join(map(repr, MOTIONS))}.")
+        if not isinstance(material, Material):
+            raise TypeError(f"Body {label!r}: material={material!r}; give a Material(...).")
+        if visual is not None and not isinstance(visual, TriangleMesh):
+            raise TypeError(f"Body {label!r}: visual={visual!r}; give a TriangleMesh, or None to draw the collider.")
+        given = {"linear_velocity": linear_velocity, "angular_velocity": angular_velocity}
+        vectors = {key: checked_vector(f"Body {label!r}: {key}", value) for key, value in given.items()}
+        if motion == "static" and any(vector.any() for vector in vectors.values()):
+            raise ValueError(f"Body {label!r}: a static body has no velocity; use motion='kinematic'.")
+        properties = _mass_of(label, shape, motion, mass, density, inertia, center_of_mass)
+        return Body(
+            name=label,
+            shape=shape,
+            motion=motion,
+            material=material,
+            mass=properties.volume,
+            center_of_mass=properties.center,
+            inertia=properties.inertia,
+            position=checked_vector(f"Body {label!r}: position", position),
+            orientation=checks.unit_quaternion(f"Body {label!r}: orientation", orientation),
+            visual=visual,
+            **vectors,
+        )
+
+    def set_pair(
+        self, a: Material, b: Material, *, friction: float | None = None, restitution: float | None = None
+    ) -> None:
+        """Fix friction or restitution between two materials, whatever each of them says; ``None`` keeps the mixing rule.
+
+        Order does not matter, ``a`` may be ``b``, and a later call for the same pair replaces the earlier one.
+        """
+        for name, material in (("a", a), ("b", b)):
+            if not isinstance(material, Material):
+                raise TypeError(f"set_pair({name}={material!r}): give a Material.")
+        for name, value in (("friction", friction), ("restitution", restitution)):
+            if value is not None:
+                check_coefficient(f"set_pair({name}", name, value, ")")
+        self.pair_rules.pop((b, a), None)
+        self.pair_rules[(a, b)] = (friction, restitution)
+
+
+def _mass_of(
+    label: str,
+    shape: Shape,
+    motion: str,
+    mass: float | None,
+    density: float | None,
+    inertia: ArrayLike | None,
+    center_of_mass: ArrayLike | None,
+) -> MassProperties:
+    """Mass (as ``volume``), centre and inertia of a body; zeros for one that is not dynamic."""
+    if motion != "dynamic":
+        for name, value in (("mass", mass), ("density", density), ("inertia", inertia)):
+            if value is not None:
+                raise ValueError(f"Body {label!r}: {name}={value!r} on a {motion} body, which has none; leave it out.")
+        return MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))
+    if mass is not None and density is not None:
+        raise ValueError(f"Body {label!r}: mass={mass!r} and density={density!r}; give one of them.")
+    for name, value in (("mass", mass), ("density", density)):
+        if value is not None:
+            check_mass(f"Body {label!r}: {name}", value)
+    try:
+        own = shape.mass_properties()
+    except ValueError as error:
+        raise ValueError(f"Body {label!r}: {error}") from None
+    total = float(mass) if mass is not None else own.volume * float(1000.0 if density is None else density)
+    center = own.center
+    tensor = own.inertia * (total / own.volume)
+    if center_of_mass is not None:
+        center = checked_vector(f"Body {label!r}: center_of_mass", center_of_mass)
+        # Parallel axes: the shape's inertia about the point that the user calls the centre of mass.
+        offset = center - own.center
+        tensor = tensor + total * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    if inertia is not None:
+        tensor = check_inertia(f"Body {label!r}: inertia", inertia)
+    return MassProperties(total, center, tensor)

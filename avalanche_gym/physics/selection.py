@@ -1,0 +1,69 @@
+"""What the arguments ``body`` and ``world`` of a call mean, checked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from .world import World
+
+
+def select_body(world: World, call: str, body: Any, moving: str | None = None) -> int:
+    """The handle of a body that exists, and has the motion ``moving`` if that is given."""
+    bodies = world.scene.bodies
+    if isinstance(body, bool) or not isinstance(body, (int, np.integer)):
+        raise TypeError(f"{call}(body={body!r}): give the handle that add_body returned, an int.")
+    if not 0 <= body < len(bodies):
+        raise IndexError(f"{call}(body={body}): this world has handles 0 to {len(bodies) - 1}.")
+    description = bodies[body]
+    if description is None:
+        raise ValueError(f"{call}(body={body}): this body was removed; give the handle of one that is there.")
+    if moving is not None and description.motion != moving:
+        raise ValueError(
+            f"{call}: body {description.name!r} is {description.motion}; only a {moving} body can be pushed. "
+            "Move a kinematic body with set_state(linear_velocity=..., angular_velocity=...)."
+        )
+    return int(body)
+
+
+def select_worlds(world: World, call: str, which: Any) -> NDArray[np.bool_]:
+    """Boolean mask (worlds,) of an int, slice, boolean mask, or ``None`` for all."""
+    count = world.num_worlds
+    if which is None:
+        return np.ones(count, np.bool_)
+    mask = np.zeros(count, np.bool_)
+    if isinstance(which, slice):
+        mask[which] = True
+        return mask
+    if isinstance(which, (int, np.integer)) and not isinstance(which, bool):
+        if not -count <= which < count:
+            raise IndexError(f"{call}(world={which}): there are worlds 0 to {count - 1}.")
+        mask[which] = True
+        return mask
+    given = np.asarray(which)
+    if given.dtype != np.bool_ or given.shape != (count,):
+        raise TypeError(
+            f"{call}(world={which!r}): give an int, a slice, a boolean mask of shape ({count},), or None for all worlds."
+        )
+    mask[:] = given
+    return mask
+
+
+def spread(name: str, value: ArrayLike, mask: NDArray[np.bool_], width: int) -> NDArray[np.float64]:
+    """One row for all selected worlds, one each, or one for every world of the mask, as (worlds, width); checked finite."""
+    chosen = int(mask.sum())
+    allowed = f"shape ({width},) or ({chosen}, {width})"
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}={value!r} is not numeric; give {allowed}.") from None
+    if array.shape not in ((width,), (chosen, width)):
+        raise ValueError(f"{name} has shape {array.shape}; give {allowed}.")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}={array.tolist()!r} holds values that are not finite; give {allowed} of finite numbers.")
+    rows = np.zeros((len(mask), width))
+    rows[mask] = array
+    return rows

@@ -1,0 +1,120 @@
+"""Triangle meshes: closed ones are solids, open ones are surfaces for static and kinematic bodies."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import mass_properties, model
+from . import checks
+from .shape import Shape
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh(Shape):
+    """Triangles in the frame their vertices were given in; concave meshes welcome.
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3) indices of vertices, counter-clockwise seen from the outside, the side that acts.
+        two_sided: an open sheet that acts on both sides.
+    """
+
+    vertices: ArrayLike  # (n, 3) [m], read-only
+    faces: ArrayLike  # (m, 3) int64, read-only
+    two_sided: bool = False
+
+    code: ClassVar[int] = model.MESH
+
+    def __post_init__(self) -> None:
+        vertices = checks.finite_array(
+            "TriangleMesh(vertices)", self.vertices, (None, 3), "points of shape (n, 3) in m"
+        )
+        try:
+            given = np.array(self.faces)
+            faces = given.astype(np.int64, casting="same_kind", order="C")
+        except (TypeError, ValueError):
+            raise TypeError(
+                "TriangleMesh(faces) must be integers; give indices of shape (m, 3) into vertices."
+            ) from None
+        if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
+            raise ValueError(f"TriangleMesh(faces) has shape {faces.shape}; give at least one triangle, shape (m, 3).")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            row = int(np.argwhere((faces < 0) | (faces >= len(vertices)))[0, 0])
+            raise ValueError(
+                f"TriangleMesh(faces)[{row}]={faces[row].tolist()}; indices must lie in 0 ... {len(vertices) - 1}, "
+                f"for there are {len(vertices)} vertices. Count from zero."
+            )
+        faces.flags.writeable = False
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+        object.__setattr__(self, "two_sided", bool(self.two_sided))
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], scale: float = 1.0, two_sided: bool = False) -> TriangleMesh:
+        """Read any format trimesh knows (STL, OBJ, PLY, GLB ...); all bodies of the file become one mesh.
+
+        Args:
+            path: of the file.
+            scale: factor that turns the file's unit of length into metres, for example 0.001 for millimetres.
+            two_sided: an open sheet that acts on both sides.
+        """
+        import trimesh  # here, since few programs load files
+
+        factor = checks.positive_number("TriangleMesh.from_file(scale)", scale)
+        if not os.path.isfile(path):
+            raise ValueError(f"TriangleMesh.from_file(path)={os.fspath(path)!r} is not a file. Check the path.")
+        mesh = trimesh.load_mesh(path)
+        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+            raise ValueError(
+                f"TriangleMesh.from_file(path)={os.fspath(path)!r} holds no triangles. Export a triangle mesh."
+            )
+        return cls(mesh.vertices * factor, mesh.faces, two_sided)
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether the surface has no border and a consistent inside.
+
+        Every directed edge must occur once, and its reverse once; vertices at exactly the same point count as one.
+        """
+        _, merged = np.unique(self.vertices, axis=0, return_inverse=True)  # type: ignore[call-overload]
+        faces: NDArray[np.int64] = merged.reshape(-1)[self.faces]
+        start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        count = int(faces.max()) + 1
+        forward = np.sort(start * count + end)
+        backward = np.sort(end * count + start)
+        return bool((np.diff(forward) > 0).all() and np.array_equal(forward, backward))
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        return (0.0, 0.0, 0.0)
+
+    @property
+    def bounding_radius(self) -> float:
+        used = self.vertices[np.unique(self.faces)]  # type: ignore[index,call-overload]
+        return float(np.linalg.norm(used, axis=1).max())
+
+    @cached_property
+    def smallest_half_extent(self) -> float:
+        """Half of its smallest width along an axis of inertia of its vertices.
+
+        A flat sheet has no thickness; half of its smallest width within the sheet serves as scale.
+        """
+        points = self.vertices[np.unique(self.faces)]  # type: ignore[index,call-overload]
+        points = points - points.mean(axis=0)
+        axes = np.linalg.svd(points, full_matrices=False)[2]
+        widths = np.ptp(points @ axes.T, axis=0)
+        return 0.5 * float(widths[widths > 1e-9 * widths.max()].min()) if widths.max() > 0.0 else 0.0
+
+    def mass_properties(self) -> mass_properties.MassProperties:
+        if not self.is_closed:
+            raise ValueError(
+                "TriangleMesh is open (an edge lacks its neighbour, or faces turn both ways), so it has no volume. "
+                'Close it (trimesh.repair.fill_holes, fix_normals), use ConvexHull(vertices), or give motion="static".'
+            )
+        return mass_properties.of_mesh(self.vertices, self.faces)  # type: ignore[arg-type]

@@ -1,0 +1,89 @@
+"""One contact of the proximal Newton step: dr = A - B du.
+
+The equations are those of Alart & Curnier (1991): with z = r - rho u, rho = factor / Wd, and z_n its normal part,
+
+    r_n = max(0, z_n),        r_t = projection of z_t on the disc of radius mu max(0, z_n),
+
+linearised at the present iterate with a proximal weight delta on dr (a step of size delta in r costs as much as the
+equation it should reduce). The inverse of delta is the stiffness k = rho / delta of a closed contact:
+
+    open   z_n <= 0:         dr = -r / (1 + delta)
+    stick  |z_t| < mu z_n:   dr = -k (u + du)
+    slip   otherwise, with t = z_t / |z_t|, p = n x t, d = mu z_n / |z_t|, F_t = r_t - mu z_n t:
+           n . dr = -k (u_n + du_n)
+           t . dr = (-t . F_t - mu k u_n - mu (k + rho) du_n) / (1 + delta)
+           p . dr = (-p . F_t - rho d p . du) / (1 - d + delta)
+
+The last is the direction in which the slip can still turn. B is symmetric unless a contact slips with friction.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+from ..maths import vec3
+
+OPEN, STICK, SLIP = 0, 1, 2
+
+
+@kernel
+def outer(s, a, b):
+    """s a b^T as a matrix."""
+    x = s * a[0]
+    y = s * a[1]
+    z = s * a[2]
+    return (x * b[0], x * b[1], x * b[2], y * b[0], y * b[1], y * b[2], z * b[0], z * b[1], z * b[2])
+
+
+@kernel
+def add_matrices(a, b):
+    return (
+        a[0] + b[0],
+        a[1] + b[1],
+        a[2] + b[2],
+        a[3] + b[3],
+        a[4] + b[4],
+        a[5] + b[5],
+        a[6] + b[6],
+        a[7] + b[7],
+        a[8] + b[8],
+    )
+
+
+@kernel
+def linearise(row, factor, delta):
+    """(status, A, B) of a contact at its present impulse and velocity."""
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    impulse = vec3.load(row.impulse)
+    if row.scale == 0.0:
+        return OPEN, vec3.ZERO, zero
+    velocity = vec3.load(row.velocity)
+    normal = vec3.load(row.normal)
+    friction = row.friction
+    rho = factor / row.scale
+    z = vec3.add_scaled(impulse, -rho, velocity)
+    z_n = vec3.dot(z, normal)
+    if z_n <= 0.0:
+        return OPEN, vec3.scale(-1.0 / (1.0 + delta), impulse), zero
+    k = rho / delta
+    z_t = vec3.add_scaled(z, -z_n, normal)
+    length = math.sqrt(vec3.norm_squared(z_t))
+    if length < friction * z_n:
+        return STICK, vec3.scale(-k, velocity), (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k)
+    impulse_n = vec3.dot(impulse, normal)
+    impulse_t = vec3.add_scaled(impulse, -impulse_n, normal)
+    velocity_n = vec3.dot(velocity, normal)
+    along_normal = vec3.scale(-k * velocity_n, normal)
+    if friction == 0.0 or length == 0.0:
+        return SLIP, vec3.add_scaled(along_normal, -1.0 / (1.0 + delta), impulse_t), outer(k, normal, normal)
+    t = vec3.scale(1.0 / length, z_t)
+    p = vec3.cross(normal, t)
+    d = friction * z_n / length
+    error = vec3.add_scaled(impulse_t, -friction * z_n, t)
+    across = 1.0 / (1.0 - d + delta)
+    a = vec3.add_scaled(along_normal, -(vec3.dot(t, error) + friction * k * velocity_n) / (1.0 + delta), t)
+    a = vec3.add_scaled(a, -across * vec3.dot(p, error), p)
+    # k n n^T + mu (k + rho) / (1 + delta) t n^T = (k n + ... t) n^T
+    first = vec3.add_scaled(vec3.scale(k, normal), friction * (k + rho) / (1.0 + delta), t)
+    return SLIP, a, add_matrices(outer(1.0, first, normal), outer(rho * d * across, p, p))

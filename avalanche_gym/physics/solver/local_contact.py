@@ -1,0 +1,98 @@
+"""The contact problem of a single contact, solved exactly: W r + q = u with the contact law between u and r.
+
+In the frame (normal, t1, t2), W symmetric positive definite (Bonnefon & Daviet 2011 treat the same problem by a quartic):
+
+    open   q_n >= 0:  r = 0
+    stick  r = -W^-1 q, if that lies in the cone
+    slip   u_n = 0 and u_t = -lambda r_t, lambda >= 0, |r_t| = mu r_n. With r_n = -(q_n + W_nt r_t) / W_nn eliminated,
+           S = W_tt - W_tn W_nt / W_nn,  b = q_t - W_tn q_n / W_nn:   r_t = -(S + lambda)^-1 b,
+           and lambda is the root of f(lambda) = |r_t| - mu r_n. f(0) > 0 since sticking left the cone, and f < 0 for large
+           lambda, where r_t -> 0 and r_n -> -q_n / W_nn > 0. A bracketed Newton iteration finds it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+
+# |f| relative to mu r_n at which the slip direction is final, and the most iterations (bisection alone needs 60).
+SLIP_ACCURACY = 1e-15
+SLIP_ITERATIONS = 80
+
+
+@kernel
+def slip_impulse(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, shift):
+    """(r_n, r_1, r_2) for a given lambda = ``shift``, and d|r_t|/d lambda - needs r_t; see ``slip_solution``."""
+    a11 = s11 + shift
+    a22 = s22 + shift
+    inverse = 1.0 / (a11 * a22 - s12 * s12)
+    r_1 = (s12 * b2 - a22 * b1) * inverse
+    r_2 = (s12 * b1 - a11 * b2) * inverse
+    return -(q_n + w_n1 * r_1 + w_n2 * r_2) / w_nn, r_1, r_2
+
+
+@kernel
+def slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction):
+    """The impulse of a slipping contact."""
+    low = 0.0
+    high = math.inf
+    shift = 0.0
+    r_n, r_1, r_2 = slip_impulse(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, shift)
+    for _ in range(SLIP_ITERATIONS):
+        length = math.sqrt(r_1 * r_1 + r_2 * r_2)
+        value = length - friction * r_n
+        if abs(value) <= SLIP_ACCURACY * length:
+            break
+        if value > 0.0:
+            low = shift
+        else:
+            high = shift
+        # d r_t / d lambda = -(S + lambda)^-1 r_t
+        a11 = s11 + shift
+        a22 = s22 + shift
+        inverse = 1.0 / (a11 * a22 - s12 * s12)
+        d_1 = (s12 * r_2 - a22 * r_1) * inverse
+        d_2 = (s12 * r_1 - a11 * r_2) * inverse
+        slope = (r_1 * d_1 + r_2 * d_2) / length + friction * (w_n1 * d_1 + w_n2 * d_2) / w_nn
+        # Newton on 1/|r_t| against 1/(mu r_n) would be exact for isotropic S; on f itself it undershoots from the left.
+        step = shift - value / slope
+        if slope < 0.0 and low < step < high:
+            shift = step
+        elif high < math.inf:
+            shift = 0.5 * (low + high)
+        else:
+            shift = 2.0 * shift + (s11 + s22)
+        if shift == low or shift == high:
+            break
+        r_n, r_1, r_2 = slip_impulse(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, shift)
+    # Exactly on the cone and in it, whatever is left of f.
+    r_n = max(r_n, 0.0)
+    length = math.sqrt(r_1 * r_1 + r_2 * r_2)
+    if length > 0.0:
+        ratio = friction * r_n / length
+        r_1 *= ratio
+        r_2 *= ratio
+    return r_n, r_1, r_2
+
+
+@kernel
+def solve_contact(w_nn, w_n1, w_n2, w_11, w_12, w_22, q_n, q_1, q_2, friction):
+    """(r_n, r_1, r_2) of the contact problem above."""
+    if q_n >= 0.0 or w_nn <= 0.0:
+        return 0.0, 0.0, 0.0
+    if friction == 0.0:
+        return -q_n / w_nn, 0.0, 0.0
+    s11 = w_11 - w_n1 * w_n1 / w_nn
+    s12 = w_12 - w_n1 * w_n2 / w_nn
+    s22 = w_22 - w_n2 * w_n2 / w_nn
+    b1 = q_1 - w_n1 * q_n / w_nn
+    b2 = q_2 - w_n2 * q_n / w_nn
+    determinant = s11 * s22 - s12 * s12
+    if determinant > 0.0:
+        r_n, r_1, r_2 = slip_impulse(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, 0.0)
+        if r_1 * r_1 + r_2 * r_2 <= friction * friction * r_n * r_n and r_n >= 0.0:
+            return r_n, r_1, r_2
+    if b1 == 0.0 and b2 == 0.0:
+        return -q_n / w_nn, 0.0, 0.0
+    return slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction)

@@ -1,0 +1,85 @@
+"""The residual: how far impulses r are from solving the contact problem. One definition for every method.
+
+Contact with Coulomb friction is u + mu |u_t| n in K*, r in K, orthogonal to each other (De Saxce & Feng 1998, sec. 3;
+K the friction cone, K* its dual), which holds if and only if
+
+    F_i = r_i - P_K( r_i - (u_i + mu_i |u_it| n_i) / Wd_i ) = 0        for any Wd_i > 0; here Wd_i = trace(W_ii) / 3.
+
+Wd F is a velocity and sqrt(Wd) F the root of an energy, so res = sqrt(sum_i Wd_i |F_i|^2) adds light and heavy contacts
+in one unit. It is reported relative to the larger of the impulses themselves and of what free motion would violate,
+
+    residual = res / max( sqrt(sum_i Wd_i |r_i|^2), res(r = 0) ).
+
+The same sums give the level of round-off: r and u are known to a few units in the last place, so no method can push
+res below about eps sqrt(sum_i Wd_i (|r_i| + |u_i| / Wd_i)^2).
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+from ..maths import vec3
+from .cone import project
+from .response import add_impulse, clear, impulses_to_velocities, relative_velocity
+
+# Units of round-off in res below which an iterate counts as solved whatever the tolerance says. Lower: steps are wasted
+# on noise when bodies are much faster than what contacts change in a step. Higher: accuracy is given away.
+ROUND_OFF = 4 * 2.220446049250313e-16
+
+
+@kernel
+def natural_map(row, impulse, velocity):
+    """F_i for an impulse and a velocity u_i, and the vector (u_i + mu |u_it| n_i) / Wd_i."""
+    normal = vec3.load(row.normal)
+    friction = row.friction
+    along = vec3.dot(velocity, normal)
+    slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
+    corrected = vec3.scale(1.0 / row.scale, vec3.add_scaled(velocity, friction * slip, normal))
+    return vec3.sub(impulse, project(vec3.sub(impulse, corrected), normal, friction)), corrected
+
+
+@kernel
+def free_violation(rows, num_contacts):
+    """res at r = 0: what the free motion violates."""
+    total = 0.0
+    for i in range(num_contacts):
+        row = rows[i]
+        if row.scale > 0.0:
+            error, _ = natural_map(row, vec3.ZERO, vec3.load(row.free))
+            total += row.scale * vec3.norm_squared(error)
+    return math.sqrt(total)
+
+
+@kernel
+def evaluate(rows, nodes, num_contacts, num_bodies, violation):
+    """Velocities of bodies and contacts under the present impulses, and their residual.
+
+    Args:
+        violation: res(r = 0), from ``free_violation``.
+
+    Returns:
+        the relative residual, and the level that round-off alone can explain.
+    """
+    clear(nodes, num_bodies + 1)
+    for i in range(num_contacts):
+        row = rows[i]
+        add_impulse(row, nodes, vec3.load(row.impulse))
+    impulses_to_velocities(nodes, num_bodies + 1)
+    squares = 0.0
+    impulses = 0.0
+    magnitudes = 0.0
+    for i in range(num_contacts):
+        row = rows[i]
+        velocity = vec3.add(vec3.load(row.free), relative_velocity(row, nodes))
+        vec3.store(row.velocity, velocity)
+        if row.scale > 0.0:
+            impulse = vec3.load(row.impulse)
+            error, corrected = natural_map(row, impulse, velocity)
+            squares += row.scale * vec3.norm_squared(error)
+            impulses += row.scale * vec3.norm_squared(impulse)
+            magnitudes += row.scale * vec3.norm_squared(corrected)
+    size = max(violation, math.sqrt(impulses))
+    if size == 0.0:
+        return 0.0, 0.0
+    return math.sqrt(squares) / size, ROUND_OFF * (math.sqrt(impulses) + math.sqrt(magnitudes)) / size

@@ -1,0 +1,50 @@
+"""What impulses do to the bodies (y = G^T r) and what the bodies do to the contacts (G y), in world vectors."""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..maths import mat3, vec3
+from .problem import load_matrix
+
+
+@kernel
+def clear(nodes, num_nodes):
+    """No impulses."""
+    for i in range(num_nodes):
+        node = nodes[i]
+        vec3.store(node.linear, vec3.ZERO)
+        vec3.store(node.angular, vec3.ZERO)
+
+
+@kernel
+def add_impulse(row, nodes, impulse):
+    """Add ``impulse`` on b and its reaction on a to the sums of impulses and moments of the two nodes."""
+    node_a = nodes[row.a]
+    node_b = nodes[row.b]
+    moment_a = vec3.cross(vec3.load(row.arm_a), impulse)
+    moment_b = vec3.cross(vec3.load(row.arm_b), impulse)
+    vec3.store(node_a.linear, vec3.sub(vec3.load(node_a.linear), impulse))
+    vec3.store(node_a.angular, vec3.sub(vec3.load(node_a.angular), moment_a))
+    vec3.store(node_b.linear, vec3.add(vec3.load(node_b.linear), impulse))
+    vec3.store(node_b.angular, vec3.add(vec3.load(node_b.angular), moment_b))
+
+
+@kernel
+def impulses_to_velocities(nodes, num_nodes):
+    """Turn the sums of impulses of every node into its change of velocity: M^-1 applied to them."""
+    for i in range(num_nodes):
+        node = nodes[i]
+        axes = load_matrix(node.axes)
+        vec3.store(node.linear, vec3.scale(node.root * node.root, vec3.load(node.linear)))
+        vec3.store(node.angular, mat3.apply(axes, mat3.apply_transposed(axes, vec3.load(node.angular))))
+
+
+@kernel
+def relative_velocity(row, nodes):
+    """G y: the change of the relative velocity at a contact that the nodes' changes of velocity make."""
+    node_a = nodes[row.a]
+    node_b = nodes[row.b]
+    spin_a = vec3.cross(vec3.load(node_a.angular), vec3.load(row.arm_a))
+    spin_b = vec3.cross(vec3.load(node_b.angular), vec3.load(row.arm_b))
+    moved = vec3.sub(vec3.load(node_b.linear), vec3.load(node_a.linear))
+    return vec3.add(moved, vec3.sub(spin_b, spin_a))

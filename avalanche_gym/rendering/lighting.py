@@ -1,0 +1,94 @@
+"""Sun, sky and haze: what lights a scene and what is seen behind it.
+
+A surface of colour c with normal n is seen as c (hemisphere(n) + sun max(0, n.s) shadow): light from the sky above, light
+thrown back from the ground below, blended by the tilt of the surface (hemisphere lighting), and one sun.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .color import Color, linear_color
+
+LIGHT = np.dtype(
+    [
+        ("sun", np.float64, 3),  # unit, towards the sun, world frame
+        ("sun_color", np.float64, 3),  # linear
+        ("above", np.float64, 3),  # linear, light from the sky
+        ("below", np.float64, 3),  # linear, light from the ground
+        ("zenith", np.float64, 3),  # linear, colours of the backdrop
+        ("horizon", np.float64, 3),
+        ("nadir", np.float64, 3),
+        ("glow", np.float64),  # brightness of the halo about the sun
+        ("stars", np.float64),  # brightness of the brightest star, 0 for none
+        ("haze", np.float64),  # [1/m] inverse distance at which half of a surface's colour is the horizon's
+    ],
+    align=True,
+)
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """Args:
+    sun: (3,) direction towards the sun.
+    sun_color: sRGB, times ``sun_strength``.
+    sun_strength: light of the sun on a surface that faces it.
+    above: sRGB, light from the sky, times ``ambient_strength``.
+    below: sRGB, light from the ground, times ``ambient_strength``.
+    ambient_strength: light on a surface in the shade.
+    zenith: sRGB, backdrop straight above.
+    horizon: sRGB, backdrop at the horizon; what is far away fades into it.
+    nadir: sRGB, backdrop straight below.
+    glow: brightness of the halo about the sun.
+    stars: brightness of the brightest star.
+    haze: distance at which half of a colour has faded into the horizon, in sizes of the scene; infinite for none.
+    """
+
+    sun: tuple[float, float, float] = (0.45, -0.55, 0.8)
+    sun_color: Color = "#fff1dc"
+    sun_strength: float = 0.82
+    above: Color = "#c6dcf5"
+    below: Color = "#b7a58c"
+    ambient_strength: float = 0.46
+    zenith: Color = "#4a86c8"
+    horizon: Color = "#d8e4ec"
+    nadir: Color = "#b4b3aa"
+    glow: float = 0.35
+    stars: float = 0.0
+    haze: float = 16.0
+
+    def record(self, scene_size: float) -> NDArray[np.void]:
+        """The LIGHT record (1,) for a scene of this radius [m]."""
+        record = np.zeros(1, dtype=LIGHT)
+        sun = np.asarray(self.sun, dtype=np.float64)
+        record["sun"] = sun / np.linalg.norm(sun)
+        record["sun_color"] = np.array(linear_color(self.sun_color, "sun_color")) * self.sun_strength
+        for name in ("above", "below"):
+            record[name] = np.array(linear_color(getattr(self, name), name)) * self.ambient_strength
+        for name in ("zenith", "horizon", "nadir"):
+            record[name] = linear_color(getattr(self, name), name)
+        record["glow"] = self.glow
+        record["stars"] = self.stars
+        record["haze"] = 1.0 / (self.haze * scene_size)
+        return record
+
+
+DAY = Lighting()
+
+SPACE = Lighting(
+    sun=(0.7, -0.6, 0.45),
+    sun_color="#fff8ec",
+    sun_strength=1.0,
+    above="#7f93b8",
+    below="#5e5a66",
+    ambient_strength=0.32,
+    zenith="#0a0d18",
+    horizon="#111626",
+    nadir="#080a12",
+    glow=0.25,
+    stars=0.9,
+    haze=float("inf"),
+)

@@ -1,0 +1,3 @@
+"""Environments are registered by importing the package."""
+
+import avalanche_gym  # noqa: F401

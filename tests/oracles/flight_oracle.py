@@ -1,0 +1,158 @@
+"""Slow, obvious twins of the flight: classical solutions in many digits, and DOP853. None shares a formula with the engine."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+from scipy.integrate import solve_ivp
+
+mp = mpmath.mp.clone()
+mp.dps = 40
+
+
+def rotation_matrix(q):
+    """Rotation matrix, as a list of rows, of a quaternion (w, x, y, z) of any length."""
+    w, x, y, z = q
+    n = w * w + x * x + y * y + z * z
+    return [
+        [(w * w + x * x - y * y - z * z) / n, 2 * (x * y - w * z) / n, 2 * (x * z + w * y) / n],
+        [2 * (x * y + w * z) / n, (w * w - x * x + y * y - z * z) / n, 2 * (y * z - w * x) / n],
+        [2 * (x * z - w * y) / n, 2 * (y * z + w * x) / n, (w * w - x * x - y * y + z * z) / n],
+    ]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _length(a):
+    return mp.sqrt(mp.fdot(a, a))
+
+
+def _product(a, b):
+    return [[mp.fdot(row, column) for column in zip(*b, strict=True)] for row in a]
+
+
+def _to_angular_momentum(l, p):
+    """Rotation that takes the unit vector l to (0, 0, 1) and body axis p into the half plane y = 0, x > 0."""
+    axis = [mp.mpf(i == p) for i in range(3)]
+    sine = mp.sqrt(1 - l[p] ** 2)
+    x = [(axis[i] - l[p] * l[i]) / sine for i in range(3)]
+    return [x, cross(l, x), l]
+
+
+def free_rotation(inertia, q, angular_velocity, time):
+    """Rotation matrix (body to world) and world angular velocity [rad/s] after ``time`` [s], as lists of mpf.
+
+    Three different moments; neither a steady rotation nor exactly on the separatrix. The angular momentum in the body by
+    Jacobi's elliptic functions, the precession about it by quadrature (Landau and Lifshitz, Mechanics, sec. 37).
+    """
+    d = [1 / mp.mpf(i) for i in inertia]
+    start = rotation_matrix([mp.mpf(x) for x in q])
+    world = [mp.mpf(x) for x in angular_velocity]
+    body = [mp.fdot([start[j][i] for j in range(3)], world) for i in range(3)]
+    momentum = [body[i] / d[i] for i in range(3)]
+    size = _length(momentum)
+    l = [x / size for x in momentum]
+    least, m, most = sorted(range(3), key=lambda i: d[i])
+    energy = mp.fsum(d[i] * l[i] ** 2 for i in range(3))
+    # s: the axis that the angular momentum circles in the body; p: the other stable axis, which it never meets.
+    s, p = (least, most) if energy < d[m] else (most, least)
+    a_m = mp.sqrt((energy - d[s]) / (d[m] - d[s]))
+    a_p = mp.sqrt((energy - d[s]) / (d[p] - d[s]))
+    a_s = mp.sign(l[s]) * mp.sqrt((d[p] - energy) / (d[p] - d[s]))
+    factor = [size * (d[(i + 2) % 3] - d[(i + 1) % 3]) for i in range(3)]
+    rate = factor[m] * a_s * a_p / a_m
+    k2 = -factor[s] * a_m * a_p / (a_s * rate)
+    phase = mp.ellipf(mp.atan2(l[m] / a_m, l[p] / a_p), k2)
+    cycle = 4 * mp.ellipk(k2)
+
+    def momentum_at(u):
+        sn, cn, dn = (mp.ellipfun(name, u, m=k2) for name in ("sn", "cn", "dn"))
+        v = [mp.mpf(0)] * 3
+        v[m], v[p], v[s] = a_m * sn, a_p * cn, a_s * dn
+        return v
+
+    def precession_rate(u):
+        v = momentum_at(u)
+        return size * (d[m] * v[m] ** 2 + d[s] * v[s] ** 2) / (v[m] ** 2 + v[s] ** 2) / rate
+
+    end = phase + rate * mp.mpf(time)
+    cycles = mp.floor((end - phase) / cycle)
+    rest = end - phase - cycles * cycle
+
+    def integral(length):
+        return mp.quad(precession_rate, [phase + length * i / mp.mpf(16) for i in range(17)])
+
+    angle = integral(rest) + (cycles * integral(cycle) if cycles else 0)
+    turn = [[mp.cos(angle), -mp.sin(angle), 0], [mp.sin(angle), mp.cos(angle), 0], [0, 0, 1]]
+    l_end = momentum_at(phase + rest)
+    first = [list(row) for row in zip(*_to_angular_momentum(l, p), strict=True)]
+    r = _product(start, _product(first, _product(turn, _to_angular_momentum(l_end, p))))
+    return r, [mp.fsum(r[i][j] * d[j] * size * l_end[j] for j in range(3)) for i in range(3)]
+
+
+def angle_between(q, reference):
+    """Angle [rad] between the orientation q (floats) and a rotation matrix (mpf)."""
+    r = rotation_matrix([mp.mpf(float(x)) for x in q])
+    # |R - S|_F^2 = 8 sin^2(angle / 2)
+    distance = mp.sqrt(mp.fsum((r[i][j] - reference[i][j]) ** 2 for i in range(3) for j in range(3)))
+    return float(2 * mp.asin(min(distance / mp.sqrt(8), mp.mpf(1))))
+
+
+def kepler(position, velocity, mu, time):
+    """Position and velocity after ``time`` [s] about a centre at the origin, from the classical elements, as lists of mpf.
+
+    For an attracting centre and every conic but the exact parabola: Kepler's equation in the eccentric anomaly, by bisection and Newton.
+    """
+    with mp.workdps(60):
+        x = [mp.mpf(v) for v in position]
+        v = [mp.mpf(c) for c in velocity]
+        mu = mp.mpf(mu)
+        time = mp.mpf(time)
+        r = _length(x)
+        radial = mp.fdot(x, v)
+        a = 1 / (2 / r - mp.fdot(v, v) / mu)
+        # r = a (1 - e cos E)
+        e_cos = 1 - r / a
+        h = cross(x, v)
+        e_vector = [c / mu - u / r for c, u in zip(cross(v, h), x, strict=True)]
+        e = _length(e_vector)
+        p = [c / e for c in e_vector] if e > 0 else [c / r for c in x]
+        unit = [c / _length(h) for c in h] if _length(h) > 0 else [mp.mpf(0)] * 3
+        q = cross(unit, p)
+        n = mp.sqrt(mu / abs(a) ** 3)
+        if a > 0:
+            cosine, sine, sign = mp.cos, mp.sin, 1
+            e_sin = radial / mp.sqrt(mu * a)
+            mean = mp.atan2(e_sin, e_cos) - e_sin + n * time
+            u = mean
+            low, high = mean - e - 1, mean + e + 1
+        else:
+            cosine, sine, sign = mp.cosh, mp.sinh, -1
+            e_sin = radial / mp.sqrt(-mu * a)
+            mean = e_sin - mp.asinh(e_sin / e) + n * time
+            u = mp.asinh(mean / e)
+            low, high = -mp.cbrt(6 * abs(mean)) - 1, mp.cbrt(6 * abs(mean)) + 1
+        for _ in range(2000):
+            error = sign * (u - e * sine(u)) - mean
+            if error > 0:
+                high = u
+            else:
+                low = u
+            slope = sign * (1 - e * cosine(u))
+            new = u - error / slope if slope != 0 else (low + high) / 2
+            if not low <= new <= high:
+                new = (low + high) / 2
+            change, u = abs(new - u), new
+            if change <= abs(u) * mp.mpf(10) ** -55:
+                break
+        b = mp.sqrt(abs(1 - e * e)) * abs(a)
+        c, s = cosine(u), sine(u)
+        rate = n / (sign * (1 - e * c))
+        along, across = a * (c - e), b * s
+        along_rate, across_rate = -sign * a * s * rate, b * c * rate
+        return (
+            [along * p[i] + across * q[i] for i in range(3)],
+            [along_rate * p[i] + across_rate * q[i] for i in range(3)],
+        )

@@ -1,0 +1,79 @@
+"""Slow, obvious twins of the narrow phase: signed distances by brute force.
+
+The signed distance of two convex polytopes is that of the origin from their Minkowski difference {b - a}: outside, the
+smallest distance to one of its triangles; inside, minus the distance to the nearest facet plane (Cameron & Culley 1986).
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+
+def place(position, rotation, points):
+    """Points (n, 3) of a body frame in the world; ``rotation`` as nine floats."""
+    return np.asarray(points, float) @ np.reshape(rotation, (3, 3)).T + np.asarray(position, float)
+
+
+def box_vertices(position, rotation, half):
+    """The eight corners (8, 3)."""
+    return place(position, rotation, np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * half)
+
+
+def segment_ends(position, rotation, half_length):
+    """The two ends (2, 3) of a segment along body z."""
+    return place(position, rotation, [[0.0, 0.0, -half_length], [0.0, 0.0, half_length]])
+
+
+def _distance_to_triangle(triangle):
+    """Distance of the origin from one triangle (3, 3): the nearest of its interior, edges and corners."""
+    a, b, c = triangle
+    normal = np.cross(b - a, c - a)
+    best = np.inf
+    squared = normal @ normal
+    if squared > 0.0:
+        foot = normal * (a @ normal) / squared
+        inside = all(normal @ np.cross(q - p, foot - p) >= 0.0 for p, q in ((a, b), (b, c), (c, a)))
+        if inside:
+            best = abs(a @ normal) / np.sqrt(squared)
+    for p, q in ((a, b), (b, c), (c, a)):
+        edge = q - p
+        length = edge @ edge
+        t = np.clip(-(p @ edge) / length, 0.0, 1.0) if length > 0.0 else 0.0
+        best = min(best, np.linalg.norm(p + t * edge))
+    return best
+
+
+def polytope_distance(vertices_a, vertices_b):
+    """Signed distance [m] of the convex hulls of two sets of points; their difference must have a volume."""
+    difference = (vertices_b[None, :, :] - vertices_a[:, None, :]).reshape(-1, 3)
+    hull = ConvexHull(difference)
+    offset = hull.equations[:, 3].max()
+    if offset <= 0.0:
+        return offset
+    return min(_distance_to_triangle(difference[simplex]) for simplex in hull.simplices)
+
+
+def segment_distance(ends_a, ends_b):
+    """Distance [m] of two segments (2, 3): the best of all ways to hold either parameter at an end or free."""
+    u, v = ends_a[1] - ends_a[0], ends_b[1] - ends_b[0]
+    r = ends_b[0] - ends_a[0]
+    best = np.inf
+    for s_fixed, t_fixed in itertools.product((None, 0.0, 1.0), repeat=2):
+        columns = [axis for axis, fixed in ((u, s_fixed), (-v, t_fixed)) if fixed is None]
+        target = r - (s_fixed or 0.0) * u + (t_fixed or 0.0) * v
+        free = list(np.linalg.lstsq(np.array(columns).T, target, rcond=None)[0]) if columns else []
+        s = free.pop(0) if s_fixed is None else s_fixed
+        t = free.pop(0) if t_fixed is None else t_fixed
+        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+            best = min(best, np.linalg.norm(r + t * v - s * u))
+    return best
+
+
+def point_box_distance(point, position, rotation, half):
+    """Signed distance [m] of a point from a box."""
+    local = np.reshape(rotation, (3, 3)).T @ (np.asarray(point) - position)
+    beyond = np.abs(local) - half
+    return np.linalg.norm(np.maximum(beyond, 0.0)) + min(beyond.max(), 0.0)
