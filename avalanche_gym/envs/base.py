@@ -1,8 +1,8 @@
 """The batched task: one implementation of dynamics, observation and reward for every way to use an environment.
 
-A BatchedTask holds ``num_envs`` lanes: lane i is world i of one physics World, row i of every array here, and generator i.
-The single environment is a task of one lane, the vector environment and the Stable-Baselines3 environment are tasks of
-many, so a lane gives the same bits whoever drives it. A step is a handful of compiled calls over all lanes.
+A BatchedTask holds ``num_envs`` lanes: lane i is world i of one physics World, row i of every array here, and generator
+i. The single environment is a task of one lane, the vector environment and the Stable-Baselines3 environment are tasks
+of many, so a lane gives the same bits whoever drives it. A step is a handful of compiled calls over all lanes.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class BatchedTask(ABC):
         self._draws = np.zeros((self.num_envs, self.draws))
         self.world = physics.World(self.build_scene(), num_worlds=self.num_envs, options=self.options)
 
-    # --- What a task defines -------------------------------------------------------------------------------------------
+    # --- What a task defines --------------------------------------------------------------------------------------
 
     @abstractmethod
     def build_scene(self) -> physics.Scene:
@@ -129,7 +129,7 @@ class BatchedTask(ABC):
         """Arrays (num_envs, ...) that decide the future of a lane beside its world."""
         return {"lanes": self.lanes}
 
-    # --- Episodes ------------------------------------------------------------------------------------------------------
+    # --- Episodes -------------------------------------------------------------------------------------------------
 
     def reset(self, mask: NDArray[np.bool_]) -> None:
         """Start a new episode in the lanes of the mask (num_envs,); others keep every bit."""
@@ -183,7 +183,7 @@ class BatchedTask(ABC):
     def _shape_text(self) -> str:
         return f"({self.action_size},)" if self.num_envs == 1 else f"({self.num_envs}, {self.action_size})"
 
-    # --- State ---------------------------------------------------------------------------------------------------------
+    # --- State ----------------------------------------------------------------------------------------------------
 
     def get_states(self) -> list[LaneState]:
         """The state of each lane: every bit that decides its future, its generator included."""
@@ -195,7 +195,7 @@ class BatchedTask(ABC):
                 world=world_of_lane(arrays, lane, self.num_envs),
                 arrays={name: array[lane].copy() for name, array in self.lane_arrays().items()},
                 observation=self.observation[lane].copy(),
-                generator=self.generators[lane].bit_generator.state,
+                generator=dict(self.generators[lane].bit_generator.state),
             )
             for lane in range(self.num_envs)
         ]
@@ -218,7 +218,7 @@ class BatchedTask(ABC):
             self.observation[lane] = state.observation
             self.generators[lane].bit_generator.state = state.generator
 
-    # --- Settings ------------------------------------------------------------------------------------------------------
+    # --- Settings -------------------------------------------------------------------------------------------------
 
     def _steps_per_interval(self) -> int:
         exact = self.control_interval / self.options.time_step
@@ -241,9 +241,7 @@ class BatchedTask(ABC):
                 raise ValueError(f"{self.name}(ranges={{{name!r}: ...}}): allowed names are {', '.join(names)}.")
             pair = np.asarray(value, dtype=np.float64)
             if pair.shape != (2,) or not np.isfinite(pair).all() or pair[0] > pair[1]:
-                raise ValueError(
-                    f"{self.name}(ranges={{{name!r}: {value!r}}}): give (low, high), finite, low <= high."
-                )
+                raise ValueError(f"{self.name}(ranges={{{name!r}: {value!r}}}): give (low, high), finite, low <= high.")
         return dataclasses.replace(level, **{name: tuple(map(float, value)) for name, value in ranges.items()})
 
 

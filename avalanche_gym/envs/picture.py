@@ -52,8 +52,8 @@ class Picture(ABC):
         """Translucent things drawn in this frame only."""
         return ()
 
-    def prepare(self, lane: int) -> None:
-        """Bring what differs between lanes, beside the poses, into the view."""
+    def prepare(self, lane: int) -> None:  # noqa: B027
+        """Bring what differs between lanes, beside the poses, into the view; most tasks have nothing of that kind."""
 
     def frame(self, lane: int) -> NDArray[np.uint8]:
         """(height, width, 3) uint8."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
-
 
 from .vector import NativeVectorEnv
 
@@ -22,7 +21,7 @@ except ImportError as error:  # pragma: no cover
         'avalanche_gym.envs.sb3 needs stable-baselines3, which is not installed: pip install "avalanche-gym[train]".'
     ) from error
 
-Indices = None | int | Sequence[int]
+Indices = None | int | Iterable[int]
 
 
 class SB3VecEnv(VecEnv):
@@ -47,7 +46,9 @@ class SB3VecEnv(VecEnv):
             **kwargs,
         )
         if not isinstance(env, NativeVectorEnv):
-            raise TypeError(f"SB3VecEnv(id={id!r}): allowed are ids of this package, avalanche/...; wrap others yourself.")
+            raise TypeError(
+                f"SB3VecEnv(id={id!r}): allowed are ids of this package, avalanche/...; wrap others yourself."
+            )
         self.env = env
         self.lanes = [env.lane(index) for index in range(num_envs)]
         self._own: list[dict[str, Any]] = [{} for _ in range(num_envs)]  # what set_attr gave to lanes
@@ -88,7 +89,7 @@ class SB3VecEnv(VecEnv):
         ]
         if ended.any():
             seconds = round(time.perf_counter() - self._made, 6)
-            for lane in np.flatnonzero(ended):
+            for lane in np.flatnonzero(ended).tolist():
                 info = infos[lane]
                 info["terminal_observation"] = batch["final_obs"][lane]
                 info["TimeLimit.truncated"] = bool(truncated[lane] and not terminated[lane])
@@ -103,7 +104,7 @@ class SB3VecEnv(VecEnv):
     def close(self) -> None:
         self.env.close()
 
-    # --- Attributes and methods of lanes -------------------------------------------------------------------------------
+    # --- Attributes and methods of lanes --------------------------------------------------------------------------
 
     def _chosen(self, indices: Indices) -> list[int]:
         return list(self._get_indices(indices))
@@ -124,13 +125,12 @@ class SB3VecEnv(VecEnv):
         """Call a method of each lane: reset, get_state, set_state, render ..."""
         return [getattr(self.lanes[index], method_name)(*args, **kwargs) for index in self._chosen(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]], indices: Indices = None) -> list[bool]:
+    def env_is_wrapped(
+        self, wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]], indices: Indices = None
+    ) -> list[bool]:
         """No lane is wrapped; ``Monitor`` is answered with True, since its statistics are here."""
         return [wrapper_class is Monitor for _ in self._chosen(indices)]
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """A frame of each lane."""
         return [lane.render() for lane in self.lanes]
-
-
-

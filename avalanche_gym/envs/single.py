@@ -47,7 +47,7 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self.task = self.task_class(1, level, options, ranges, **settings)
         self.level = level
         self.render_mode = render_mode
-        self.observation_space, self.action_space = spaces_of(self.task)
+        self.observation_space, self.action_space = spaces_of(self.task)  # type: ignore[assignment]
         self._picture: Picture | None = None
         self._started = False
 
@@ -94,7 +94,7 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self.task.set_states({0: state})
         self._started = True
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """The frame (height, width, 3) in mode "rgb_array"; ``None`` without a mode."""
         if self.render_mode is None:
             gymnasium.logger.warn(

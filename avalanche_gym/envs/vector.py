@@ -80,9 +80,9 @@ class NativeVectorEnv(VectorEnv):
         self._picture: Picture | None = None
         self._started = False
 
-    # --- Starting ------------------------------------------------------------------------------------------------------
+    # --- Starting -------------------------------------------------------------------------------------------------
 
-    def reset(  # type: ignore[override]
+    def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Start new episodes.
@@ -118,7 +118,7 @@ class NativeVectorEnv(VectorEnv):
         else:
             seeds = list(seed)
             self._check_length("seed", seeds)
-        for lane in np.flatnonzero(mask):
+        for lane in np.flatnonzero(mask).tolist():
             if seeds[lane] is not None or self._seeds[lane] is None:
                 self.task.generators[lane], self._seeds[lane] = seeding.np_random(seeds[lane])
 
@@ -138,11 +138,9 @@ class NativeVectorEnv(VectorEnv):
             raise ValueError(f"{self.task.name}: the reset_mask chooses no lane; set at least one to True.")
         return mask.copy()
 
-    # --- Stepping ------------------------------------------------------------------------------------------------------
+    # --- Stepping -------------------------------------------------------------------------------------------------
 
-    def step(  # type: ignore[override]
-        self, actions: ArrayLike
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[str, Any]]:
+    def step(self, actions: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[str, Any]]:
         """One control interval of every lane with actions (num_envs, n)."""
         if not self._started:
             raise gymnasium.error.ResetNeeded(f"{self.task.name}: step() before reset(); call reset() first.")
@@ -164,9 +162,10 @@ class NativeVectorEnv(VectorEnv):
             ended = terminated | truncated
             infos = self._infos(~ended)
             if ended.any():
-                infos["final_obs"] = np.full(self.num_envs, None, dtype=object)
-                for lane in np.flatnonzero(ended):
-                    infos["final_obs"][lane] = task.observation[lane].copy()
+                final: NDArray[Any] = np.full(self.num_envs, None, dtype=object)
+                for lane in np.flatnonzero(ended).tolist():
+                    final[lane] = task.observation[lane].copy()
+                infos["final_obs"] = final
                 infos["_final_obs"] = ended.copy()
                 infos["final_info"] = self._infos(ended)
                 infos["_final_info"] = ended.copy()
@@ -192,7 +191,7 @@ class NativeVectorEnv(VectorEnv):
         for column, name in enumerate(task.term_names):
             terms[name] = np.where(mask, task.terms[:, column], 0.0)
             terms[f"_{name}"] = mask.copy()
-        infos = {
+        infos: dict[str, Any] = {
             "is_success": task.success & mask,
             "_is_success": mask.copy(),
             "reward_terms": terms,
@@ -200,14 +199,13 @@ class NativeVectorEnv(VectorEnv):
         }
         failed = [lane for lane in task.failures if mask[lane]]
         if failed:
-            infos["physics_error"] = np.full(self.num_envs, None, dtype=object)
-            infos["_physics_error"] = np.zeros(self.num_envs, np.bool_)
-            for lane in failed:
-                infos["physics_error"][lane] = task.failures[lane]
-                infos["_physics_error"][lane] = True
+            texts: NDArray[Any] = np.full(self.num_envs, None, dtype=object)
+            texts[failed] = [task.failures[lane] for lane in failed]
+            infos["physics_error"] = texts
+            infos["_physics_error"] = np.isin(np.arange(self.num_envs), failed)
         return infos
 
-    # --- State, attributes, pictures -----------------------------------------------------------------------------------
+    # --- State, attributes, pictures ------------------------------------------------------------------------------
 
     def get_state(self) -> list[LaneState]:
         """The state of every lane; see the single environment."""
@@ -229,13 +227,13 @@ class NativeVectorEnv(VectorEnv):
             self.elapsed[lane] = state.elapsed
             self._ended[lane] = state.ended
 
-    @property
-    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+    @property  # type: ignore[override]
+    def np_random(self) -> tuple[np.random.Generator, ...]:
         """The generator of each lane."""
         return tuple(self.task.generators)
 
-    @property
-    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+    @property  # type: ignore[override]
+    def np_random_seed(self) -> tuple[int | None, ...]:
         """The seed of each lane."""
         return tuple(self._seeds)
 
@@ -258,7 +256,7 @@ class NativeVectorEnv(VectorEnv):
             self._picture = self.task.make_picture()
         return self._picture.frame(lane)
 
-    def render(self) -> tuple[NDArray[np.uint8], ...] | None:  # type: ignore[override]
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """A frame of each lane in mode "rgb_array"; ``None`` without a mode."""
         if self.render_mode is None:
             gymnasium.logger.warn(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,19 +17,24 @@ from .model import (
     BODY_STATE,
     COLLIDER,
     DYNAMIC,
+    FACE_ROW,
     FIELD,
     FLOW_NONE,
     HEIGHT_FIELD_ROW,
     KINEMATIC,
+    MESH_ROW,
+    NODE_ROW,
     NUM_SHAPES,
     PAIR_RULE,
     POINT_GRAVITY,
     REMOVED,
     STATIC,
     UNIFORM_GRAVITY,
+    VERTEX_ROW,
 )
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
-from .shapes import HeightField
+from .shapes import HeightField, TriangleMesh
+from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
 MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
 
@@ -150,12 +156,18 @@ class ShapeTables:
     def __init__(self) -> None:
         self.height_field_rows: dict[int, int] = {}
         self._height_fields: list[HeightField] = []
+        self._meshes: list[TriangleMesh] = []
 
     def add(self, handle: int, shape: Any, collider: Any) -> None:
         """Give a collider its row in the table of its shape."""
         if isinstance(shape, HeightField):
             collider["data"] = self.height_field_rows[handle] = len(self._height_fields)
             self._height_fields.append(shape)
+        elif isinstance(shape, TriangleMesh):
+            if shape not in self._meshes:
+                self._meshes.append(shape)
+            collider["data"] = self._meshes.index(shape)
+            collider["two_sided"] = shape.two_sided
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         rows = np.zeros(len(self._height_fields), HEIGHT_FIELD_ROW)
@@ -170,4 +182,32 @@ class ShapeTables:
             first += heights.size
         pools = [np.ravel(shape.heights) for shape in self._height_fields]
         heights = np.concatenate(pools) if pools else np.zeros(0)
-        return {"height_fields": rows, "heights": heights, "height_rates": np.zeros_like(heights)}
+        return {"height_fields": rows, "heights": heights, "height_rates": np.zeros_like(heights), **self._mesh_tables()}
+
+    def _mesh_tables(self) -> dict[str, NDArray[Any]]:
+        """Meshes, prepared for contact, one behind the other."""
+        meshes = np.zeros(len(self._meshes), MESH_ROW)
+        pools: dict[str, list[NDArray[Any]]] = {"vertex": [], "face": [], "node": []}
+        for index, shape in enumerate(self._meshes):
+            prepared = _prepared(shape)
+            meshes[index] = prepared.mesh
+            row = meshes[index]
+            for name, part in zip(pools, (prepared.vertices, prepared.faces, prepared.nodes), strict=True):
+                row[f"first_{name}"] = sum(map(len, pools[name]))
+                pools[name].append(part)
+        dtypes = {"mesh_vertices": VERTEX_ROW, "mesh_faces": FACE_ROW, "mesh_nodes": NODE_ROW}
+        joined = {
+            name: np.concatenate([np.zeros(0, dtype), *parts])
+            for (name, dtype), parts in zip(dtypes.items(), pools.values(), strict=True)
+        }
+        return {"meshes": meshes, **joined}
+
+
+_PREPARED: WeakKeyDictionary[TriangleMesh, PreparedMesh] = WeakKeyDictionary()
+
+
+def _prepared(shape: TriangleMesh) -> PreparedMesh:
+    """Welding, adjacency and the tree of a mesh are made once, however many worlds use it."""
+    if shape not in _PREPARED:
+        _PREPARED[shape] = prepare_mesh(shape.vertices, shape.faces, two_sided=shape.two_sided)
+    return _PREPARED[shape]

@@ -18,10 +18,14 @@ from .model import (
     BODY_STATE,
     COLLIDER,
     CONTACT,
+    FACE_ROW,
     FIELD,
     HEIGHT_FIELD_ROW,
+    MESH_ROW,
+    NODE_ROW,
     PAIR_RULE,
     REPORT,
+    VERTEX_ROW,
 )
 from .solver.workspace import NODE, ROW
 
@@ -31,6 +35,10 @@ MODEL_TABLES = {
     "fields": FIELD,
     "pair_rules": PAIR_RULE,  # (materials * materials,)
     "height_fields": HEIGHT_FIELD_ROW,
+    "meshes": MESH_ROW,
+    "mesh_vertices": VERTEX_ROW,
+    "mesh_faces": FACE_ROW,
+    "mesh_nodes": NODE_ROW,
     "pair_functions": np.dtype(np.int64),  # (NUM_SHAPES * NUM_SHAPES,) addresses of narrow_phase/pairs.py
 }
 WORLD_TABLES = {

@@ -20,6 +20,7 @@ FLOW_NONE, FLOW_TRANSLATE, FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL = 0, 1, 2,
 # Shapes of colliders. The order matters: a pair is always tested with the smaller type first.
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH = 0, 1, 2, 3, 4, 5, 6, 7
 NUM_SHAPES = 8
+SHAPE_NAMES = ("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "HeightField", "TriangleMesh")
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 

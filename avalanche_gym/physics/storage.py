@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from .construction import Tables
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
-from .model import CONTACT, DYNAMIC, NUM_SHAPES, REPORT
+from .jit import Stage
+from .model import CONTACT, DYNAMIC, NUM_SHAPES, REPORT, SHAPE_NAMES
 from .options import Options
 from . import detection, response
 from .narrow_phase.pair_query import PAIR_QUERY
@@ -110,8 +111,18 @@ class Storage:
         for (shape_a, body_a, dynamic_a), (shape_b, body_b, dynamic_b) in itertools.product(kinds, kinds):
             pair = (shape_a, shape_b)
             if shape_a <= shape_b and body_a != body_b and (dynamic_a or dynamic_b) and not addresses[pair]:
-                addresses[pair] = PAIR_STAGES[pair].address
+                addresses[pair] = self._pair_stage(pair).address
         return addresses.reshape(-1)
+
+    @staticmethod
+    def _pair_stage(pair: tuple[int, int]) -> Stage:
+        if pair not in PAIR_STAGES:
+            a, b = (SHAPE_NAMES[code] for code in pair)
+            raise ValueError(
+                f"World: this scene lets a {a} meet a {b}, and there is no collision test for that pair. Use other shapes, or "
+                "make neither of the two dynamic."
+            )
+        return PAIR_STAGES[pair]
 
     def size_workspace(self, number: int, *, pairs: int, blocks: int, integers: int) -> None:
         """Allocate the scratch of one thread; contacts follow the capacity of the worlds."""

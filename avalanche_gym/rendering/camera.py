@@ -1,8 +1,8 @@
 """Where the viewer stands: an immutable camera and the ways to place it.
 
 The image plane is spanned by ``right`` and ``down``; (right, down, forward) is right-handed. A point at camera
-coordinates (x, y, z) along these axes falls on the pixel (focal x / z + c_x, focal y / z + c_y), whole numbers being the
-centres of pixels, row 0 on top.
+coordinates (x, y, z) along these axes falls on the pixel (f x / z + c_x, f y / z + c_y) with the focal length f [pixels];
+whole numbers are the centres of pixels, row 0 is on top.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .visibility import PROJECTION
+
 CAMERA = np.dtype(
     [
         ("eye", np.float64, 3),  # [m] world frame
         ("right", np.float64, 3),  # unit, world frame
         ("down", np.float64, 3),
         ("forward", np.float64, 3),
-        ("focal", np.float64),  # [pixels]
-        ("pixel", np.float64),  # [rad] 1 / focal: the angle of a pixel in the middle of the picture
+        ("pixel", np.float64),  # [rad] 1 / focal length: the angle of a pixel in the middle of the picture
         ("center", np.float64, 2),  # [pixels] of the optical axis
-        ("near", np.float64),  # [m] surfaces closer than this are cut away
     ],
     align=True,
 )
@@ -138,8 +138,36 @@ class Camera:
         record["right"] = right
         record["down"] = np.cross(forward, right)
         record["forward"] = forward
-        record["focal"] = 0.5 * height / math.tan(0.5 * math.radians(self.fov))
-        record["pixel"] = 1.0 / record["focal"]
+        record["pixel"] = math.tan(0.5 * math.radians(self.fov)) / (0.5 * height)
         record["center"] = (0.5 * (width - 1), 0.5 * (height - 1))
-        record["near"] = NEAR * self.distance
         return record
+
+    def projection(self, width: int, height: int) -> NDArray[np.void]:
+        """The PROJECTION record (1,) for an image of this size [pixels]."""
+        camera = self.record(width, height)[0]
+        forward, eye = camera["forward"], camera["eye"]
+        rows = np.zeros((4, 3))
+        rows[0] = camera["right"] / camera["pixel"] + camera["center"][0] * forward
+        rows[1] = camera["down"] / camera["pixel"] + camera["center"][1] * forward
+        rows[2] = forward
+        offsets = -rows @ eye
+        offsets[3] = 1.0
+        return projection_record(rows, offsets, NEAR * self.distance, width, height)
+
+
+def projection_record(
+    rows: NDArray[np.float64], offsets: NDArray[np.float64], near: float, width: int, height: int
+) -> NDArray[np.void]:
+    """The PROJECTION record (1,) of these rows (4, 3) and offsets (4,), with the sides of the space that falls on the image."""
+    record = np.zeros(1, dtype=PROJECTION)
+    record["rows"], record["offsets"], record["near"] = rows, offsets, near
+    system = np.concatenate([rows, offsets[:, None]], axis=1)
+    x, y, w = system[:3]
+    behind = np.array([0.0, 0.0, 0.0, near])
+    planes = np.array([x, (width - 1) * w - x, y, (height - 1) * w - y, w - behind])
+    lengths = np.linalg.norm(planes[:, :3], axis=1)
+    # Under parallel rays W is constant, and the last plane says nothing.
+    lengths[lengths == 0.0] = 1.0
+    record["planes"] = planes[:, :3] / lengths[:, None]
+    record["distances"] = planes[:, 3] / lengths
+    return record

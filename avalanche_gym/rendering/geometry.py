@@ -7,15 +7,12 @@ same arrays.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-# Patterns painted on a surface by its shader, so that motion of a plain surface can be seen.
-PLAIN, CHECKER, GRID, OCTANTS = 0, 1, 2, 3
-
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
@@ -27,9 +24,9 @@ class Geometry:
         normals: (n, 3) unit, body frame.
         colors: (n, 4) linear red, green, blue in [0, 1] and opacity, multiplied by the body's colour; None for white.
         two_sided: draw the inside too. For sheets.
-        pattern: PLAIN; CHECKER: squares on the plane that the surface faces; GRID: thin lines over x and y; OCTANTS: eight
-            sectors of two shades about the origin.
-        pattern_size: [m] side of a square or cell.
+        cells: (3,) [m] sides of the cells of a solid checker pattern of two shades, along each body axis from the origin
+            on; infinite for a pattern that does not change along that axis. Makes motion of a plain surface visible.
+        contrast: half the relative difference of the two shades; 0 for no pattern.
         grid: (rows, columns) if the vertices are those of a height field, row by row; else None.
         unbounded: stands for an infinite surface: it does not count when a scene is measured.
     """
@@ -39,8 +36,8 @@ class Geometry:
     normals: NDArray[np.float64]
     colors: NDArray[np.float32] | None = None
     two_sided: bool = False
-    pattern: int = PLAIN
-    pattern_size: float = 1.0
+    cells: tuple[float, float, float] = (math.inf, math.inf, math.inf)
+    contrast: float = 0.0
     grid: tuple[int, int] | None = None
     unbounded: bool = False
 
@@ -119,7 +116,7 @@ class Geometry:
         return np.ones((len(self.vertices), 4), dtype=np.float32) if self.colors is None else self.colors
 
     def with_options(self, **options: object) -> Geometry:
-        """A copy in which some arguments are replaced, for example ``pattern=CHECKER``."""
+        """A copy in which some arguments are replaced, for example ``contrast=0.0``."""
         return replace(self, **options)  # type: ignore[arg-type]
 
 

@@ -15,8 +15,11 @@ LANES = np.dtype(
     [
         (name, np.float32, BLOCK)
         for name in (
-            # Set when a pixel is gathered.
+            # Set when a pixel is gathered. Where nothing is seen, only these three:
             "column",  # [pixels]
+            "opacity",
+            "surface",  # 1, or 0 for the sky
+            # and where a surface is seen, also these:
             "depth",  # [m] along the optical axis
             "normal_x",  # of any length, world frame
             "normal_y",
@@ -24,29 +27,23 @@ LANES = np.dtype(
             "red",  # linear colour of the surface, then of the picture
             "green",
             "blue",
-            "opacity",
             "gloss",
             "lit",  # 1, or 0 for what shines by itself
-            "pattern",  # which one
-            "contrast",  # its
-            "place_x",  # [cells of the pattern] place on the surface, body frame; not set without a pattern
+            "contrast",  # of the pattern, 0 for none
+            "place_x",  # [cells of the pattern] place on the surface, body frame
             "place_y",
             "place_z",
             "blur_x",  # [cells] extent of the pixel on the surface
             "blur_y",
             "blur_z",
-            "axis_x",  # magnitudes of the normal, body frame
-            "axis_y",
-            "axis_z",
             # Computed from these.
             "map_x",  # [map pixels] place in the shadow map
             "map_y",
-            "map_z",  # [m] distance along the sun's rays, less the margin
+            "nearness",  # to the sun, with the margin
             "sun",  # first 1 where the surface faces the sun, then the share of its light that arrives
             "sun_red",  # what the sun adds where it arrives
             "sun_green",
             "sun_blue",
-            "clear",  # share that the haze leaves
         )
     ],
     align=True,

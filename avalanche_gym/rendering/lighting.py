@@ -15,16 +15,15 @@ from .color import Color, linear_color
 
 LIGHT = np.dtype(
     [
-        ("sun", np.float64, 3),  # unit, towards the sun, world frame
-        ("sun_color", np.float64, 3),  # linear
-        ("above", np.float64, 3),  # linear, light from the sky
-        ("below", np.float64, 3),  # linear, light from the ground
-        ("zenith", np.float64, 3),  # linear, colours of the backdrop
-        ("horizon", np.float64, 3),
-        ("nadir", np.float64, 3),
-        ("glow", np.float64),  # brightness of the halo about the sun
-        ("stars", np.float64),  # brightness of the brightest star, 0 for none
-        ("haze", np.float64),  # [1/m] inverse distance at which half of a surface's colour is the horizon's
+        ("sun", np.float32, 3),  # unit, towards the sun, world frame
+        ("sun_color", np.float32, 3),  # linear
+        ("above", np.float32, 3),  # linear, light from the sky
+        ("below", np.float32, 3),  # linear, light from the ground
+        ("zenith", np.float32, 3),  # linear, colours of the backdrop
+        ("horizon", np.float32, 3),
+        ("nadir", np.float32, 3),
+        ("glow", np.float32),  # brightness of the halo about the sun
+        ("haze", np.float32),  # [1/m] inverse distance at which half of a surface's colour is the horizon's
     ],
     align=True,
 )
@@ -71,7 +70,6 @@ class Lighting:
         for name in ("zenith", "horizon", "nadir"):
             record[name] = linear_color(getattr(self, name), name)
         record["glow"] = self.glow
-        record["stars"] = self.stars
         record["haze"] = 1.0 / (self.haze * scene_size)
         return record
 

@@ -120,16 +120,19 @@ def stroke_arrays(overlay: Lines | Points, samples: int) -> tuple[NDArray[np.flo
 
 
 @entry_point
-def draw_strokes(ends, style, camera_record, depth, image):
+def draw_strokes(ends, style, cameras, near, depth, image):
     """Blend straight strokes with round ends over an image; an end at the same point as the other makes a dot.
 
     Args:
         ends: (n, 2, 3) [m] world frame.
         style: (6,) linear colour, radius [pixels], opacity, opacity behind surfaces.
+        cameras: (1,) CAMERA.
+        near: [m] what is closer is cut away.
         depth: (height, width) float32, 1 / z of the surfaces.
         image: (height, width, 3) float32, linear.
     """
-    camera = camera_record[0]
+    camera = cameras[0]
+    focal = 1.0 / camera.pixel
     height, width = depth.shape
     eye = vec3.load(camera.eye)
     forward = vec3.load(camera.forward)
@@ -140,20 +143,20 @@ def draw_strokes(ends, style, camera_record, depth, image):
         b = vec3.sub(vec3.load(ends[k, 1]), eye)
         za = vec3.dot(forward, a)
         zb = vec3.dot(forward, b)
-        if not (za >= camera.near or zb >= camera.near):
+        if not (za >= near or zb >= near):
             continue
-        if za < camera.near:
-            a = vec3.add_scaled(a, (camera.near - za) / (zb - za), vec3.sub(b, a))
-            za = camera.near
-        if zb < camera.near:
-            b = vec3.add_scaled(b, (camera.near - zb) / (za - zb), vec3.sub(a, b))
-            zb = camera.near
+        if za < near:
+            a = vec3.add_scaled(a, (near - za) / (zb - za), vec3.sub(b, a))
+            za = near
+        if zb < near:
+            b = vec3.add_scaled(b, (near - zb) / (za - zb), vec3.sub(a, b))
+            zb = near
         qa = 1.0 / za
         qb = 1.0 / zb
-        ax = camera.focal * vec3.dot(vec3.load(camera.right), a) * qa + camera.center[0]
-        ay = camera.focal * vec3.dot(vec3.load(camera.down), a) * qa + camera.center[1]
-        bx = camera.focal * vec3.dot(vec3.load(camera.right), b) * qb + camera.center[0]
-        by = camera.focal * vec3.dot(vec3.load(camera.down), b) * qb + camera.center[1]
+        ax = focal * vec3.dot(vec3.load(camera.right), a) * qa + camera.center[0]
+        ay = focal * vec3.dot(vec3.load(camera.down), a) * qa + camera.center[1]
+        bx = focal * vec3.dot(vec3.load(camera.right), b) * qb + camera.center[0]
+        by = focal * vec3.dot(vec3.load(camera.down), b) * qb + camera.center[1]
         if not (math.isfinite(ax + ay) and math.isfinite(bx + by)):
             continue
         dx = bx - ax

@@ -6,15 +6,19 @@ no more: triangles cost time even where they cover a pixel or less.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..physics.shapes.planet import icosphere
-from .geometry import CHECKER, GRID, OCTANTS, Geometry
+from .geometry import Geometry
 
 SEGMENTS = 28  # around a cylinder or capsule: an outline within 0.6 % of the radius
+TURN_CONTRAST = 0.13  # of the eight sectors that show how a round body turns
+TILE_CONTRAST = 0.1
+GROUND_CONTRAST = 0.06
 CAP_RINGS = 5  # from the equator of a capsule's cap to its pole
 
 
@@ -25,7 +29,7 @@ def sphere(radius: float, subdivisions: int = 2) -> Geometry:
     # The corners lie outside by as much as the middles of the faces lie inside, so the sphere looks neither small nor large.
     centers = points[faces].mean(axis=1)
     outside = 2.0 / (1.0 + np.linalg.norm(centers, axis=1).mean())
-    return Geometry(points * radius * outside, faces, points, pattern=OCTANTS, pattern_size=radius)
+    return _with_sectors(Geometry(points * radius * outside, faces, points))
 
 
 @lru_cache(maxsize=64)
@@ -54,7 +58,7 @@ def capsule(radius: float, half_length: float) -> Geometry:
     center = np.repeat([-half_length, half_length], CAP_RINGS + 1)
     profile = np.stack([radius * np.cos(latitude), center + radius * np.sin(latitude)], axis=1)
     normals = np.stack([np.cos(latitude), np.sin(latitude)], axis=1)
-    return _revolved(profile, normals).with_options(pattern=OCTANTS, pattern_size=radius)
+    return _with_sectors(_revolved(profile, normals))
 
 
 @lru_cache(maxsize=64)
@@ -67,7 +71,7 @@ def cylinder(radius: float, half_length: float) -> Geometry:
     ]
     still = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
     pieces = [(_revolved(np.array(profile), np.array(normals)), *still) for profile, normals in parts]
-    return Geometry.merged(pieces).with_options(pattern=OCTANTS, pattern_size=radius)
+    return _with_sectors(Geometry.merged(pieces))
 
 
 def tile(half_extent: float, square: float) -> Geometry:
@@ -80,16 +84,17 @@ def tile(half_extent: float, square: float) -> Geometry:
     e = half_extent
     vertices = np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)])
     up = np.tile((0.0, 0.0, 1.0), (4, 1))
-    return Geometry(vertices, [(0, 1, 2), (0, 2, 3)], up, pattern=CHECKER, pattern_size=square, unbounded=True)  # type: ignore[arg-type]
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    return Geometry(vertices, faces, up, cells=(square, square, math.inf), contrast=TILE_CONTRAST, unbounded=True)
 
 
 def height_field(heights: ArrayLike, extent: tuple[float, float], cell: float | None = None) -> Geometry:
-    """A terrain with smooth normals and a faint grid.
+    """A terrain with smooth normals and faint squares.
 
     Args:
         heights: (rows, columns) [m], rows along y, columns along x.
         extent: [m] along x, along y; centred.
-        cell: [m] of the grid that is painted on it; None for a round length near a twentieth of its longer side.
+        cell: [m] side of the squares painted on it; None for a round length near a twentieth of its longer side.
     """
     z = np.asarray(heights, dtype=np.float64)
     rows, columns = z.shape
@@ -102,7 +107,8 @@ def height_field(heights: ArrayLike, extent: tuple[float, float], cell: float | 
     faces = np.stack([a, b, c, a, c, d], axis=2).reshape(-1, 3)
     size = round_length(max(extent) / 20.0) if cell is None else cell
     normals = grid_normals(z, extent)
-    return Geometry(vertices, faces, normals, pattern=GRID, pattern_size=size, grid=(rows, columns))
+    cells = (size, size, math.inf)
+    return Geometry(vertices, faces, normals, cells=cells, contrast=GROUND_CONTRAST, grid=(rows, columns))
 
 
 def grid_normals(heights: NDArray[np.float64], extent: tuple[float, float]) -> NDArray[np.float64]:
@@ -149,6 +155,12 @@ def beam(radius: float, bottom: float, top: float) -> Geometry:
     colors = np.ones((len(tube.vertices), 4))
     colors[:, 3] = np.repeat(fade, SEGMENTS)
     return tube.with_options(colors=colors, two_sided=True)
+
+
+def _with_sectors(geometry: Geometry) -> Geometry:
+    """Two shades that change at the planes through the origin across the body axes, and nowhere else."""
+    reach = 1.01 * float(np.abs(geometry.vertices).max())
+    return geometry.with_options(cells=(reach, reach, reach), contrast=TURN_CONTRAST)
 
 
 def _revolved(profile: NDArray[np.float64], normals: NDArray[np.float64]) -> Geometry:

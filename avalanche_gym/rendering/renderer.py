@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
-from .color import to_srgb
-from .frame import BRIGHTEST, STEPS, develop, draw_opaque, draw_translucent
+from .camera import NEAR, Camera
+from .development import develop, response
 from .lanes import LANES
 from .lighting import DAY, Lighting
 from .overlay import Lines, Marker, Points, draw_strokes, stroke_arrays
 from .scene_view import SceneView, Visual
+from .shading import paint
 from .shadow_map import ShadowMap
-from .visibility import PROJECTED, TRIANGLE
+from .stars import paint_stars
+from .visibility import PROJECTED, TRIANGLE, draw_instances
 
 Overlay = Lines | Points | Marker
 LARGEST = 8192  # [pixels] side of a frame before averaging
-SHOULDER = 0.8  # brightness above which light is compressed towards white, so that highlights keep their form
 
 
-@lru_cache(maxsize=1)
-def _response() -> NDArray[np.uint8]:
-    """The byte of each linear brightness k / STEPS."""
-    light = np.arange(int(BRIGHTEST * STEPS)) / STEPS
-    room = 1.0 - SHOULDER
-    bright = np.maximum(light - SHOULDER, 0.0)
-    # Slope one at the shoulder, and white at the brightest.
-    scale = room * (BRIGHTEST - SHOULDER) / ((BRIGHTEST - SHOULDER) - room)
-    light = np.minimum(light, SHOULDER) + bright / (1.0 + bright / scale)
-    return np.round(255.0 * to_srgb(light)).astype(np.uint8)
+@dataclass(frozen=True)
+class _Records:
+    """What is the same for every surface of a frame."""
+
+    camera: NDArray[np.void]
+    projection: NDArray[np.void]
+    light: NDArray[np.void]
+    shadow: NDArray[np.void]
+    shadow_depth: NDArray[np.float32]
 
 
 class Renderer:
@@ -48,6 +47,9 @@ class Renderer:
         lighting: sun, sky and haze, for example ``DAY`` or ``SPACE``.
         shadows: False saves about a quarter of the time.
         shadow_resolution: [pixels] side of the shadow map.
+
+    Raises:
+        ValueError: a size that is not a whole number from 1, or a frame larger than 8192 pixels before averaging.
     """
 
     def __init__(
@@ -89,59 +91,81 @@ class Renderer:
         Returns:
             (height, width, 3) uint8, sRGB; a new array each time.
         """
-        record = camera.record(self._image.shape[1], self._image.shape[0])
-        light = self.lighting.record(view.size)
-        shadow, shadow_depth = self._shadows.draw(view, camera, self.lighting)
-
+        self._reserve(view)
+        height, width = self._depth.shape
+        shadow, shadow_depth = self._shadows.draw(view, camera, self.lighting, self._projected)
+        records = _Records(
+            camera.record(width, height),
+            camera.projection(width, height),
+            self.lighting.record(view.size),
+            shadow,
+            shadow_depth,
+        )
         drawn = view.drawn()
-        translucent = view.is_translucent()[drawn]
-        self._draw(draw_opaque, view, drawn[~translucent], record, light, shadow, shadow_depth, self._depth)
+        is_translucent = view.is_translucent()[drawn]
+        self._depth.fill(0.0)
+        self._layer(view, drawn[~is_translucent], records, self._depth, backdrop=1)
+        if self.lighting.stars > 0.0:
+            paint_stars(records.camera, self.lighting.stars, self._depth, self._image)
+
         markers = self._marker_view([overlay for overlay in overlays if isinstance(overlay, Marker)])
-        if translucent.any() or markers is not None:
+        if markers is not None or is_translucent.any():
+            # A line behind a translucent surface is seen, so these surfaces enter their depth into a copy.
             np.copyto(self._through, self._depth)
-        if translucent.any():
-            order = _farthest_first(view, drawn[translucent], camera)
-            self._draw(draw_translucent, view, order, record, light, shadow, shadow_depth, self._through)
+        for number in _farthest_first(view, drawn[is_translucent], camera):
+            self._layer(view, np.array([number]), records, self._through, backdrop=0)
         if markers is not None:
-            order = _farthest_first(markers, markers.drawn(), camera)
-            self._draw(draw_translucent, markers, order, record, light, shadow, shadow_depth, self._through)
+            self._reserve(markers)
+            for number in _farthest_first(markers, markers.drawn(), camera):
+                self._layer(markers, np.array([number]), records, self._through, backdrop=0)
         for overlay in overlays:
             if not isinstance(overlay, Marker):
                 ends, style = stroke_arrays(overlay, self.supersample)
-                draw_strokes(ends, style, record, self._depth, self._image)
+                draw_strokes(ends, style, records.camera, NEAR * camera.distance, self._depth, self._image)
 
         frame = np.empty((self.height, self.width, 3), dtype=np.uint8)
-        develop(self._image, _response(), self.supersample, frame)
+        develop(self._image, response(), self.supersample, frame)
         return frame
 
-    def _draw(
-        self,
-        kernel: object,
-        view: SceneView,
-        order: NDArray[np.int64],
-        record: NDArray[np.void],
-        light: NDArray[np.void],
-        shadow: NDArray[np.void],
-        shadow_depth: NDArray[np.float32],
-        depth: NDArray[np.float32],
-    ) -> None:
+    def _reserve(self, view: SceneView) -> None:
         if len(self._projected) < view.num_projected:
             self._projected = np.zeros(view.num_projected, dtype=PROJECTED)
         num_faces = int(view.instances["num_faces"].sum())
-        if len(self._triangles) < num_faces:
-            self._triangles = np.zeros(num_faces, dtype=TRIANGLE)
-        kernel(  # type: ignore[operator]
+        # One at least: without any, draw_instances takes it that only the depth is wanted.
+        if len(self._triangles) < max(num_faces, 1):
+            self._triangles = np.zeros(max(num_faces, 1), dtype=TRIANGLE)
+
+    def _layer(
+        self, view: SceneView, order: NDArray[np.int64], records: _Records, depth: NDArray[np.float32], backdrop: int
+    ) -> None:
+        """Draw visuals over the image; of those drawn together only what is closest is seen."""
+        height, width = depth.shape
+        box = np.array([width, height, -1, -1])
+        draw_instances(
             view.instances,
             order,
-            record,
-            light,
-            shadow,
-            shadow_depth,
+            records.projection,
             view.vertices,
             view.faces,
             self._projected,
             self._triangles,
             depth,
+            self._ids,
+            box,
+        )
+        if backdrop:
+            box[:] = (0, 0, width - 1, height - 1)
+        paint(
+            view.instances,
+            view.vertices,
+            self._projected,
+            self._triangles,
+            records.camera,
+            records.light,
+            records.shadow,
+            records.shadow_depth,
+            box,
+            backdrop,
             self._ids,
             self._lanes,
             self._image,

@@ -17,8 +17,6 @@ from .visibility import INSTANCE, VERTEX
 TILE_REACH = 150.0
 SQUARES = 5.0  # squares of a tile's pattern to the size of the scene, about
 
-CONTRAST = {0: 0.0, 1: 0.1, 2: 0.16, 3: 0.13}  # of each pattern
-
 
 @dataclass(frozen=True)
 class Visual:
@@ -54,6 +52,10 @@ class SceneView:
         visuals: what is drawn. Tiles that stand for planes are fitted to the size of the rest.
 
     Attributes:
+        center: (3,) [m] middle of the scene: of what is static, or of everything if nothing is.
+        size: [m] its radius.
+        static: (visuals,) bool.
+        unbounded: (visuals,) bool, stands for an infinite surface.
         version: changes whenever something static does.
     """
 
@@ -62,7 +64,7 @@ class SceneView:
         self.version = 0
         self.instances = np.zeros(len(self.visuals), dtype=INSTANCE)
         self.static = np.array([visual.static for visual in self.visuals], dtype=bool)
-        self._unbounded = np.array([visual.geometry.unbounded for visual in self.visuals], dtype=bool)
+        self.unbounded = np.array([visual.geometry.unbounded for visual in self.visuals], dtype=bool)
         for instance, visual in zip(self.instances, self.visuals, strict=True):
             geometry = visual.geometry
             low, high = geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
@@ -73,9 +75,10 @@ class SceneView:
             instance["color"] = linear_color(visual.color, "Visual(color)")
             instance["opacity"] = visual.opacity
             instance["gloss"] = visual.gloss
-            instance["pattern"] = geometry.pattern
-            instance["inverse_pattern_size"] = 1.0 / geometry.pattern_size
-            instance["contrast"] = CONTRAST[geometry.pattern]
+            instance["contrast"] = geometry.contrast
+            instance["pattern_scale"] = 1.0 / np.array(geometry.cells)
+            # Along an axis without cells, every place is the middle of one.
+            instance["pattern_offset"] = np.where(np.isinf(geometry.cells), 0.5, 0.0)
             instance["two_sided"] = geometry.two_sided
             instance["unlit"] = not visual.lit
             instance["casts_shadow"] = visual.casts_shadow
@@ -86,7 +89,7 @@ class SceneView:
 
     def _measure(self) -> tuple[NDArray[np.float64], float]:
         """Centre (3,) [m] and radius [m] of the scene: of what is static, or of everything if nothing is."""
-        bounded = ~self._unbounded & np.isfinite(self.instances["position"]).all(axis=1)
+        bounded = ~self.unbounded & np.isfinite(self.instances["position"]).all(axis=1)
         chosen = bounded & self.static if (bounded & self.static).any() else bounded
         if not chosen.any():
             return np.zeros(3), 1.0
@@ -111,7 +114,7 @@ class SceneView:
                     fitted = tile(TILE_REACH * self.size, round_length(self.size / SQUARES))
                 geometry = fitted
                 instance["radius"] = np.linalg.norm(geometry.vertices[0])
-                instance["inverse_pattern_size"] = 1.0 / geometry.pattern_size
+                instance["pattern_scale"] = 1.0 / np.array(geometry.cells)
             if id(geometry) not in first:
                 first[id(geometry)] = (num_vertices, num_faces)
                 rows = np.zeros(len(geometry.vertices), dtype=VERTEX)
@@ -194,7 +197,3 @@ class SceneView:
     def is_translucent(self) -> NDArray[np.bool_]:
         """(visuals,) whether something behind shows through."""
         return (self.instances["opacity"] < 1.0) | self._fade
-
-    def is_unbounded(self) -> NDArray[np.bool_]:
-        """(visuals,) whether it stands for an infinite surface."""
-        return self._unbounded

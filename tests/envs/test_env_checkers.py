@@ -4,10 +4,10 @@ import warnings
 
 import gymnasium
 import pytest
-from environments import IDS, LEVELS
 from gymnasium.utils.env_checker import check_env
 
 from avalanche_gym import physics
+from tests.envs.environments import IDS, LEVELS
 
 pytestmark = pytest.mark.filterwarnings("error")
 

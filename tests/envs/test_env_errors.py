@@ -3,9 +3,9 @@
 import gymnasium
 import numpy as np
 import pytest
-from environments import IDS
 
 from avalanche_gym import physics
+from tests.envs.environments import IDS
 
 
 @pytest.mark.parametrize("id", IDS)

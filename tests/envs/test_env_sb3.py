@@ -3,7 +3,8 @@
 import gymnasium
 import numpy as np
 import pytest
-from environments import IDS
+
+from tests.envs.environments import IDS
 
 pytest.importorskip("stable_baselines3")
 

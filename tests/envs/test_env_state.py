@@ -5,7 +5,8 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
-from environments import IDS
+
+from tests.envs.environments import IDS
 
 
 def run(env, actions):

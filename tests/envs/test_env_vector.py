@@ -3,8 +3,9 @@
 import gymnasium
 import numpy as np
 import pytest
-from environments import IDS
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+from tests.envs.environments import IDS
 
 LANES = 3
 LIMIT = 7  # steps of an episode, so that lanes end within a short test

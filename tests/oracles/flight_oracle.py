@@ -45,7 +45,8 @@ def free_rotation(inertia, q, angular_velocity, time):
     """Rotation matrix (body to world) and world angular velocity [rad/s] after ``time`` [s], as lists of mpf.
 
     Three different moments; neither a steady rotation nor exactly on the separatrix. The angular momentum in the body by
-    Jacobi's elliptic functions, the precession about it by quadrature (Landau and Lifshitz, Mechanics, sec. 37).
+    Jacobi's elliptic functions, the precession about it by the elliptic integral of the third kind (Landau and
+    Lifshitz, Mechanics, sec. 37).
     """
     d = [1 / mp.mpf(i) for i in inertia]
     start = rotation_matrix([mp.mpf(x) for x in q])
@@ -73,20 +74,19 @@ def free_rotation(inertia, q, angular_velocity, time):
         v[m], v[p], v[s] = a_m * sn, a_p * cn, a_s * dn
         return v
 
-    def precession_rate(u):
-        v = momentum_at(u)
-        return size * (d[m] * v[m] ** 2 + d[s] * v[s] ** 2) / (v[m] ** 2 + v[s] ** 2) / rate
+    def third_kind(u):
+        """Incomplete elliptic integral of the third kind, of the amplitude of u."""
+        turns = mp.nint(u / cycle)
+        amplitude = mp.atan2(mp.ellipfun("sn", u, m=k2), mp.ellipfun("cn", u, m=k2)) + 2 * mp.pi * turns
+        return mp.ellippi(-(a_p**2) / (1 - a_p**2), amplitude, k2)
 
-    end = phase + rate * mp.mpf(time)
-    cycles = mp.floor((end - phase) / cycle)
-    rest = end - phase - cycles * cycle
-
-    def integral(length):
-        return mp.quad(precession_rate, [phase + length * i / mp.mpf(16) for i in range(17)])
-
-    angle = integral(rest) + (cycles * integral(cycle) if cycles else 0)
+    time = mp.mpf(time)
+    end = phase + rate * time
+    # Rate of precession of axis p about L: size (d_p + (energy - d_p) / (1 - l_p^2)).
+    share = size * (energy - d[p]) / (1 - a_p**2) / rate
+    angle = size * d[p] * time + share * (third_kind(end) - third_kind(phase))
     turn = [[mp.cos(angle), -mp.sin(angle), 0], [mp.sin(angle), mp.cos(angle), 0], [0, 0, 1]]
-    l_end = momentum_at(phase + rest)
+    l_end = momentum_at(end)
     first = [list(row) for row in zip(*_to_angular_momentum(l, p), strict=True)]
     r = _product(start, _product(first, _product(turn, _to_angular_momentum(l_end, p))))
     return r, [mp.fsum(r[i][j] * d[j] * size * l_end[j] for j in range(3)) for i in range(3)]

@@ -1,15 +1,24 @@
 """Slow, obvious twins of the narrow phase: signed distances by brute force.
 
 The signed distance of two convex polytopes is that of the origin from their Minkowski difference {b - a}: outside, the
-smallest distance to one of its triangles; inside, minus the distance to the nearest facet plane (Cameron & Culley 1986).
+smallest distance to one of its triangles; inside, minus the distance to the nearest facet plane (Cameron & Culley
+1986).
 """
 
 from __future__ import annotations
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull
+
+from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, PLANE, SPHERE
+from avalanche_gym.physics.narrow_phase.box import box_box
+from avalanche_gym.physics.narrow_phase.capsule import capsule_box, capsule_capsule
+from avalanche_gym.physics.narrow_phase.plane import box_plane, capsule_plane, sphere_plane
+from avalanche_gym.physics.narrow_phase.polytope import SCRATCH_SHAPE
+from avalanche_gym.physics.narrow_phase.sphere import sphere_box, sphere_capsule, sphere_sphere
 
 
 def place(position, rotation, points):
@@ -77,3 +86,63 @@ def point_box_distance(point, position, rotation, half):
     local = np.reshape(rotation, (3, 3)).T @ (np.asarray(point) - position)
     beyond = np.abs(local) - half
     return np.linalg.norm(np.maximum(beyond, 0.0)) + min(beyond.max(), 0.0)
+
+
+class Placed(NamedTuple):
+    """A shape in the world, as the pair functions take it."""
+
+    shape: int
+    size: tuple
+    position: np.ndarray = np.zeros(3)
+    rotation: np.ndarray = np.eye(3)
+
+    def moved(self, offset):
+        return self._replace(position=self.position + offset)
+
+    @property
+    def extent(self):
+        """Scale of its round-off [m]."""
+        return float(np.sum(self.size))
+
+    def core(self):
+        """Vertices (n, 3) of the polytope and the radius around it [m]."""
+        if self.shape == BOX:
+            return box_vertices(self.position, self.rotation, self.size), 0.0
+        half_length = self.size[1] if self.shape == CAPSULE else 0.0
+        return segment_ends(self.position, self.rotation, half_length), self.size[0]
+
+
+def signed_distance(a, b):
+    """Signed distance [m] of two placed spheres, capsules or boxes; of two crossing axes, minus the radii."""
+    core_a, radius_a = a.core()
+    core_b, radius_b = b.core()
+    if BOX in (a.shape, b.shape):
+        return polytope_distance(core_a, core_b) - radius_a - radius_b
+    return segment_distance(core_a, core_b) - radius_a - radius_b
+
+
+PAIRS = {
+    (SPHERE, SPHERE): sphere_sphere,
+    (SPHERE, CAPSULE): sphere_capsule,
+    (SPHERE, BOX): sphere_box,
+    (SPHERE, PLANE): sphere_plane,
+    (CAPSULE, CAPSULE): capsule_capsule,
+    (CAPSULE, BOX): capsule_box,
+    (CAPSULE, PLANE): capsule_plane,
+    (BOX, BOX): box_box,
+    (BOX, PLANE): box_plane,
+}
+NEED_SCRATCH = {(BOX, BOX)}
+
+
+def collide(a, b, margin):
+    """The contacts (n,) of CONTACT that the kernels find between two placed shapes."""
+    contacts = np.zeros(16, CONTACT)
+    arguments = []
+    for placed in (a, b):
+        for values in (placed.position, np.ravel(placed.rotation), (*placed.size, 0.0, 0.0)[:3]):
+            arguments.append(tuple(float(value) for value in values))
+    pair = (a.shape, b.shape)
+    scratch = (np.full(SCRATCH_SHAPE, np.nan),) if pair in NEED_SCRATCH else ()
+    count = PAIRS[pair](*arguments, float(margin), contacts, 0, *scratch)
+    return contacts[:count]

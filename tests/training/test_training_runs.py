@@ -6,6 +6,7 @@ import pytest
 import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
+from avalanche_gym.envs.sb3 import SB3VecEnv
 from training import demo, evaluate, experiment, plot, record, train
 
 PNG = b"\x89PNG"
@@ -165,6 +166,16 @@ def test_train_script(tmp_path, capsys):
     assert "256 steps in all" in capsys.readouterr().out
     with pytest.raises(SystemExit, match="n_timesteps"):
         train.main(["--resume", str(tmp_path), "--set", "gamma=0.5"])
+
+
+@pytest.mark.parametrize("env_id", ["avalanche/PlanetLanding-v0", "avalanche/PushTerrain-v0"])
+def test_our_environments_are_trained_natively_batched(env_id, tmp_path):
+    settings = experiment.Experiment("ppo", env_id, {"level": "easy"}, 0, PPO)
+    model = quick_train(settings, tmp_path, evaluations=1, evaluation_episodes=2)
+    assert isinstance(model.get_env().unwrapped, SB3VecEnv)
+    assert plot.series(plot.read_progress(tmp_path), "eval/success_rate")[0].tolist() == [512.0]
+    policy = experiment.TrainedPolicy.load(tmp_path)
+    assert evaluate.evaluate(policy, env_id, {"level": "easy"}, episodes=3).successes.shape == (3,)
 
 
 def test_plot_draws_success_where_there_is_one(run, guess, tmp_path):

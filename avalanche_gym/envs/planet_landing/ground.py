@@ -1,8 +1,8 @@
 """The surface of the planet under a point: which facet of the bumpy icosphere a direction meets.
 
 A subdivided icosphere is a tree: each facet of a level covers four of the next (shapes/planet.py), and moving vertices
-along their radii keeps every facet in the cone of its directions. So the facet is found by descent: the nearest of the 20
-faces of the icosahedron, then at each level three signs tell which of the four children holds the direction.
+along their radii keeps every facet in the cone of its directions. So the facet is found by descent: the nearest of the
+20 faces of the icosahedron, then at each level three signs tell which of the four children holds the direction.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def facet_below(point, directions, faces, centers, planes):
     count = 20
     while count < planes.shape[0]:
         first += count
-        # The middle child lies between the midpoints ab, bc, ca of the parent's edges; beyond its side from ab to bc lies
-        # the child at corner b, and so on round.
+        # The middle child lies between the midpoints ab, bc, ca of the parent's edges; beyond its side from ab to bc
+        # lies the child at corner b, and so on round.
         middle = faces[first + 3 * count + face]
         ab = vec3.load(directions[middle[0]])
         bc = vec3.load(directions[middle[1]])

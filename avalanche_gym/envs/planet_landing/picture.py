@@ -40,7 +40,7 @@ class PlanetLandingPicture(Picture):
         if np.linalg.norm(side) < 0.2:
             side = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
         altitude = float(self.task.lanes["altitude"][lane])
-        return Camera.follow(place, side, distance=5.0 + altitude, height=1.5 + 0.3 * altitude, up=up)
+        return Camera.follow(place, side.tolist(), distance=5.0 + altitude, height=1.5 + 0.3 * altitude, up=up)
 
     def markers(self, lane: int) -> list[Marker]:
         state, world, lander = self.task.lanes[lane], self.task.world, self.task.lander

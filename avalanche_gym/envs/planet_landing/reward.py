@@ -68,9 +68,7 @@ def open_episode(mask, lander, lanes, position, orientation, linear_velocity, an
 
 
 @entry_point
-def judge(
-    lander, lanes, position, orientation, linear_velocity, angular_velocity, terms, reward, terminated, success
-):
+def judge(lander, lanes, position, orientation, linear_velocity, angular_velocity, terms, reward, terminated, success):
     """Write reward, terms and the ends of episodes of all lanes after a control step."""
     for number in range(lanes.shape[0]):
         lane, row = lanes[number], terms[number]

@@ -52,9 +52,7 @@ class PushTerrainTask(BatchedTask):
         chosen = starts[mask]
         world.set_heights(self.ground, self.heights[mask], world=mask)
         world.set_state(self.pusher, position=chosen["pusher_position"], world=mask)
-        world.set_state(
-            self.body, position=chosen["body_position"], orientation=chosen["body_orientation"], world=mask
-        )
+        world.set_state(self.body, position=chosen["body_position"], orientation=chosen["body_orientation"], world=mask)
         world.set_parameters(self.body, mass=chosen["body_mass"], friction=chosen["body_friction"], world=mask)
 
     def observe(self, mask: NDArray[np.bool_]) -> None:
@@ -119,8 +117,8 @@ class PushTerrainEnv(SingleEnv):
 
     ## Action Space
 
-    `Box(-1, 1, (2,), float32)`: the impulse on the pusher along x and y of the world, in units of 0.12 N s a step (6 N).
-    Actions outside are clipped; NaN is an error.
+    `Box(-1, 1, (2,), float32)`: the impulse on the pusher along x and y of the world, in units of 0.12 N s a step, a
+    force of 6 N. Actions outside are clipped; NaN is an error.
 
     ## Observation Space
 

@@ -1,9 +1,9 @@
 """Bounding-volume tree of the faces of a mesh: built once with NumPy, queried in kernels.
 
-The tree is a perfect binary tree. Every level halves the faces of each node at the median along the longest axis of their
-centroids (the k-d rule of Bentley 1975), all nodes of a level in one sort. Nodes lie depth first, each with the index of the node
-that follows its subtree, so a query walks an array and needs no stack (Smits 1998, "Efficiency issues for ray tracing",
-section 2.2).
+The tree is a perfect binary tree. Every level halves the faces of each node at the median along the longest axis of
+their centroids (the k-d rule of Bentley 1975), all nodes of a level in one sort. Nodes lie depth first, each with the
+index of the node that follows its subtree, so a query walks an array and needs no stack (Smits 1998, "Efficiency
+issues for ray tracing", section 2.2).
 """
 
 from __future__ import annotations

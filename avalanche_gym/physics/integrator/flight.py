@@ -15,16 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import (
     DYNAMIC,
-    FLOW_NONE,
     FLOW_SPHERE,
     FLOW_SYMMETRIC,
-    FLOW_TRANSLATE,
     FLOW_TRIAXIAL,
     KINEMATIC,
     UNIFORM_GRAVITY,
@@ -32,7 +28,8 @@ from ..model import (
 from . import kepler, parabola
 from .euler_top import advance_triaxial
 from .fields import field_acceleration
-from .rotation import advance_sphere, advance_symmetric
+from .momentum import angular_velocity_of, load_momentum, store_momentum
+from .rotation import advance_steady, advance_symmetric
 
 # Two moments of inertia whose difference is below this share of the largest are equal but for the round-off of computing
 # them. Taking them as equal turns the body wrong by at most this share of the angle it turns.
@@ -60,8 +57,8 @@ def flow_class(inertia: Sequence[float]) -> int:
 
 @kernel
 def weaker_acceleration(fields, strongest, uniform, position):
-    """Acceleration [m/s^2] by all point fields but number ``strongest``, and by ``uniform`` unless that is -1."""
-    total = uniform if strongest >= 0 else vec3.ZERO
+    """Acceleration [m/s^2] by all point fields but number ``strongest``, and by ``uniform`` if there is such a number."""
+    total = uniform if strongest < fields.shape[0] else vec3.ZERO
     for i in range(fields.shape[0]):
         if i != strongest and fields[i].kind != UNIFORM_GRAVITY:
             total = vec3.add(total, field_acceleration(fields[i], position))
@@ -71,14 +68,14 @@ def weaker_acceleration(fields, strongest, uniform, position):
 @kernel
 def advance_center(position, velocity, acceleration, fields, time_step):
     """Position and velocity of the centre of mass under all fields and a constant acceleration [m/s^2]."""
+    none = fields.shape[0]
     uniform = acceleration
     points = 0
-    strongest = -1
+    strongest = none
     largest = 0.0
-    for i in range(fields.shape[0]):
-        field = fields[i]
-        pull = field_acceleration(field, position)
-        if field.kind == UNIFORM_GRAVITY:
+    for i in range(none):
+        pull = field_acceleration(fields[i], position)
+        if fields[i].kind == UNIFORM_GRAVITY:
             uniform = vec3.add(uniform, pull)
         else:
             points += 1
@@ -87,54 +84,26 @@ def advance_center(position, velocity, acceleration, fields, time_step):
             if not strength <= largest:
                 strongest = i
                 largest = strength
-    strength = vec3.norm(uniform)
     if points == 0:
         return parabola.advance(position, velocity, uniform, time_step)
+    strength = vec3.norm(uniform)
     if strength > largest:
-        strongest = -1
+        strongest = none
     split = points > 1 or strength > 0.0
     if split:
         weaker = weaker_acceleration(fields, strongest, uniform, position)
         velocity = vec3.add_scaled(velocity, 0.5 * time_step, weaker)
-    if strongest >= 0:
-        center = vec3.load(fields[strongest].vector)
-        arm, velocity = kepler.advance(vec3.sub(position, center), velocity, fields[strongest].mu, time_step)
-        position = vec3.add(center, arm)
-    else:
+    if strongest == none:
         position, velocity = parabola.advance(position, velocity, uniform, time_step)
+    else:
+        field = fields[strongest]
+        center = vec3.load(field.vector)
+        arm, velocity = kepler.advance(vec3.sub(position, center), velocity, field.mu, time_step)
+        position = vec3.add(center, arm)
     if split:
         weaker = weaker_acceleration(fields, strongest, uniform, position)
         velocity = vec3.add_scaled(velocity, 0.5 * time_step, weaker)
     return position, velocity
-
-
-@kernel
-def torque_kick(q, angular_velocity, inverse_inertia, impulse):
-    """Angular velocity [rad/s] after an angular impulse [N m s] in the world frame."""
-    return vec3.add(
-        angular_velocity, quat.rotate(q, vec3.multiply(inverse_inertia, quat.rotate_inverse(q, impulse)))
-    )
-
-
-@kernel
-def advance_rotation(q, angular_velocity, body, torque, time_step):
-    """Orientation and angular velocity under a constant torque [N m], by the flow of the body."""
-    flow = body.flow
-    if flow == FLOW_NONE or flow == FLOW_TRANSLATE:
-        return q, angular_velocity
-    twisted = torque[0] != 0.0 or torque[1] != 0.0 or torque[2] != 0.0
-    inverse_inertia = vec3.load(body.inverse_inertia)
-    if twisted:
-        angular_velocity = torque_kick(q, angular_velocity, inverse_inertia, vec3.scale(0.5 * time_step, torque))
-    if flow == FLOW_SPHERE:
-        q = advance_sphere(q, angular_velocity, time_step)
-    elif flow == FLOW_SYMMETRIC:
-        q, angular_velocity = advance_symmetric(q, angular_velocity, vec3.load(body.inertia), time_step)
-    else:
-        q, angular_velocity = advance_triaxial(q, angular_velocity, vec3.load(body.inertia), time_step)
-    if twisted:
-        angular_velocity = torque_kick(q, angular_velocity, inverse_inertia, vec3.scale(0.5 * time_step, torque))
-    return q, angular_velocity
 
 
 @kernel
@@ -152,14 +121,30 @@ def fly(state_in, body, fields, time_step, state_out):
     angular_velocity = vec3.load(state_in.angular_velocity)
     force = vec3.load(state_in.force)
     torque = vec3.load(state_in.torque)
-    if body.motion == DYNAMIC:
-        position, velocity = advance_center(
-            position, velocity, vec3.scale(body.inverse_mass, force), fields, time_step
-        )
-        q, angular_velocity = advance_rotation(q, angular_velocity, body, torque, time_step)
-    elif body.motion == KINEMATIC:
+    motion = body.motion
+    flow = body.flow
+    if motion == DYNAMIC:
+        position, velocity = advance_center(position, velocity, vec3.scale(body.inverse_mass, force), fields, time_step)
+        if flow == FLOW_SPHERE:
+            kick = vec3.scale(0.5 * time_step * body.inverse_inertia[0], torque)
+            angular_velocity = vec3.add(angular_velocity, kick)
+            q = advance_steady(q, angular_velocity, time_step)
+            angular_velocity = vec3.add(angular_velocity, kick)
+        elif flow == FLOW_SYMMETRIC or flow == FLOW_TRIAXIAL:
+            inertia = vec3.load(body.inertia)
+            momentum = load_momentum(state_in, q, angular_velocity, inertia)
+            kick = vec3.scale(0.5 * time_step, torque)
+            momentum = vec3.add(momentum, kick)
+            if flow == FLOW_SYMMETRIC:
+                q = advance_symmetric(q, momentum, inertia, time_step)
+            else:
+                q = advance_triaxial(q, momentum, inertia, time_step)
+            momentum = vec3.add(momentum, kick)
+            angular_velocity = angular_velocity_of(q, momentum, inertia)
+            store_momentum(state_out, momentum)
+    elif motion == KINEMATIC:
         position = vec3.add_scaled(position, time_step, velocity)
-        q = advance_sphere(q, angular_velocity, time_step)
+        q = advance_steady(q, angular_velocity, time_step)
     vec3.store(state_out.center, position)
     vec3.store(state_out.velocity, velocity)
     quat.store(state_out.orientation, q)

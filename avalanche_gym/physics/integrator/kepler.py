@@ -18,35 +18,26 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import vec3
 
 # Up to this |beta X^2| the series serves; beyond it the closed form loses less than two bits in X - G1.
 SERIES_RANGE = 2.0
-# ... and up to this one five terms of the series do (the sixth is below 1e-18 of the first).
+# 11 terms leave 2^11 / 25! of the first; 5 are enough in short steps (1e-10 / 13! of the first).
+TERMS = 11
 SHORT_SERIES_RANGE = 0.01
-# The iteration has order 3: a correction below this share of X leaves an error below 1e-18 of it.
+SHORT_TERMS = 5
+# The iteration has order 3: a correction below this share of X leaves an error below 1e-17 of it.
 CONVERGED = 1e-6
-# Newton's kind of steps converge in 2 to 6; bisection alone takes about 60 from any bracket in floats.
+# Newton's kind of steps converge in 2 to 10; bisection alone takes about 60 from any bracket in floats.
 MAX_ITERATIONS = 200
-# At half a period from the start the anomaly has changed by at most pi + 2 (e = 1).
+# At half a period from the start the eccentric anomaly has changed by at most pi + 2 (e = 1).
 LARGEST_ANOMALY = math.pi + 2.0
 
-
-@kernel
-def stumpff(z):
-    """c2(z) and c3(z) for |z| <= SERIES_RANGE."""
-    if abs(z) < SHORT_SERIES_RANGE:
-        c2 = 1.0 - z / 30.0 * (1.0 - z / 56.0 * (1.0 - z / 90.0))
-        c3 = 1.0 - z / 42.0 * (1.0 - z / 72.0 * (1.0 - z / 110.0))
-        return 0.5 - z / 24.0 * c2, 1.0 / 6.0 - z / 120.0 * c3
-    # Ten factors (n + 2k - 1)(n + 2k) leave 2^11 / 24! = 3e-21.
-    c2 = 1.0
-    c3 = 1.0
-    for k in range(10, 0, -1):
-        c2 = 1.0 - z * c2 / ((2 * k + 1) * (2 * k + 2))
-        c3 = 1.0 - z * c3 / ((2 * k + 2) * (2 * k + 3))
-    return 0.5 * c2, c3 / 6.0
+SERIES_2 = np.array([(-1.0) ** k / math.factorial(2 + 2 * k) for k in range(TERMS)])
+SERIES_3 = np.array([(-1.0) ** k / math.factorial(3 + 2 * k) for k in range(TERMS)])
 
 
 @kernel
@@ -54,20 +45,23 @@ def universal_functions(beta, x):
     """G1, G2, G3 of the universal anomaly x [s/m]."""
     z = beta * x * x
     if abs(z) <= SERIES_RANGE:
-        c2, c3 = stumpff(z)
-        g2 = x * x * c2
+        c2 = 0.0
+        c3 = 0.0
+        for k in range((SHORT_TERMS if abs(z) <= SHORT_SERIES_RANGE else TERMS) - 1, -1, -1):
+            c2 = SERIES_2[k] + z * c2
+            c3 = SERIES_3[k] + z * c3
         g3 = x * x * x * c3
-        return x - beta * g3, g2, g3
+        return x - beta * g3, x * x * c2, g3
     root = math.sqrt(abs(beta))
     half = 0.5 * root * x
     if z > 0.0:
         s = math.sin(half)
-        g1 = 2.0 * s * math.cos(half) / root
+        c = math.cos(half)
     else:
         s = math.sinh(half)
-        g1 = 2.0 * s * math.cosh(half) / root
-    g2 = 2.0 * (s / root) * (s / root)
-    return g1, g2, (x - g1) / beta
+        c = math.cosh(half)
+    g1 = 2.0 * s * c / root
+    return g1, 2.0 * (s / root) * (s / root), (x - g1) / beta
 
 
 @kernel
@@ -87,7 +81,7 @@ def universal_anomaly(r0, eta, zeta, beta, mu, duration):
         if beta > 0.0:
             # The mean rate of the anomaly over a revolution.
             high = LARGEST_ANOMALY / math.sqrt(beta)
-            x = min(duration * beta / mu, 0.5 * high)
+            x = duration * beta / mu
         elif size > 1.0:
             # Free flight past the centre at the distance r0.
             x = math.asinh(size) / math.sqrt(-beta)
@@ -111,9 +105,10 @@ def universal_anomaly(r0, eta, zeta, beta, mu, duration):
         x += change
         if not low < x < high:
             x = 0.5 * (low + high) if high < math.inf else 2.0 * low
-        if not low < x < high:
-            break
-    return x
+            if x == low or x == high:
+                # Neighbouring floats.
+                return x
+    return math.nan
 
 
 @kernel

@@ -1,11 +1,11 @@
 """Box against box.
 
 1. *Separating axes* (Gottschalk et al. 1996, sec. 5): the largest signed separation over 6 face normals and 9 cross
-   products of edges. Overlapping, it is minus the depth, and its axis the contact normal. Apart, it is a lower bound of the
-   distance, exact where the closest features are vertex and face, or two crossing edges.
+   products of edges. Overlapping, it is minus the depth, and its axis the contact normal. Apart, it is a lower bound of
+   the distance, exact where the closest features are vertex and face, or two crossing edges.
 2. Where that bound is not reached, the *distance* itself decides (box_distance.py): vertex against edge or vertex.
-3. Along the normal, faces that look at each other are *clipped* (polytope.py); edges side by side get two contacts; anything
-   else gets the closest pair alone.
+3. Along the normal, faces that look at each other are *clipped* (polytope.py); edges side by side get two contacts;
+   anything else gets the closest pair alone.
 
 Everything is computed relative to the first box's centre, so that it holds far from the origin.
 """
@@ -137,13 +137,11 @@ def load_box_face(scratch, origin, u, v, w, center, rotation, half, face):
 @kernel
 def clip_to_rectangle(scratch, count, half_u, half_v, tolerance):
     """Clip the polygon by the four sides of a box's face."""
-    first = FIRST_BUFFER
+    first = np.int64(FIRST_BUFFER)
     for side in range(4):
         nx = (1.0 - 2.0 * (side & 1)) if side < 2 else 0.0
         ny = (1.0 - 2.0 * (side & 1)) if side >= 2 else 0.0
-        first, count = clip(
-            scratch, first, count, nx, ny, half_u if side < 2 else half_v, tolerance, FIRST_SIDE + side
-        )
+        first, count = clip(scratch, first, count, nx, ny, half_u if side < 2 else half_v, tolerance, FIRST_SIDE + side)
     return first, count
 
 
@@ -151,8 +149,8 @@ def clip_to_rectangle(scratch, count, half_u, half_v, tolerance):
 def side_by_side(position_a, rotation_a, half_a, rotation_b, half_b, r, normal, margin, contacts, count):
     """Contacts at both ends of the common stretch of two nearly parallel edges; the new count and the smaller gap.
 
-    Each end is a corner of one box, whose contact with the other box has its own exact normal and gap. No contact and an
-    infinite gap if there are no such edges. ``r``: centre of b seen from a.
+    Each end is a corner of one box, whose contact with the other box has its own exact normal and gap. No contact and
+    an infinite gap if there are no such edges. ``r``: centre of b seen from a.
     """
     least = math.inf
     touch = PAIR_TOUCHES * (half_a[0] + half_a[1] + half_a[2] + half_b[0] + half_b[1] + half_b[2])
@@ -166,9 +164,7 @@ def side_by_side(position_a, rotation_a, half_a, rotation_b, half_b, r, normal, 
         if max(abs(local_a[i]), abs(local_b[j]), math.sqrt(max(0.0, 1.0 - cosine * cosine))) < SIDE_BY_SIDE:
             center_a = mat3.apply(rotation_a, edge_center(half_a, local_a, i))
             center_b = vec3.sub(r, mat3.apply(rotation_b, edge_center(half_b, local_b, j)))
-            lower, upper = stretch_ends(
-                vec3.dot(axis_a, vec3.sub(center_b, center_a)), half_a[i], cosine, half_b[j]
-            )
+            lower, upper = stretch_ends(vec3.dot(axis_a, vec3.sub(center_b, center_a)), half_a[i], cosine, half_b[j])
             for end in range(2):
                 limit = upper if end == 1 else lower
                 if abs(limit) < half_a[i]:
@@ -236,8 +232,8 @@ def face_manifold(
 ):
     """Contacts of the two faces that look at each other along ``normal``; the new count, and whether it is complete.
 
-    It is not if no face is aligned with the normal, if the faces don't overlap, or if they are apart and no vertex of the
-    clipped polygon is as close as ``distance``: then other features are closest. Those are known if ``code`` is not
+    It is not if no face is aligned with the normal, if the faces don't overlap, or if they are apart and no vertex of
+    the clipped polygon is as close as ``distance``: then other features are closest. Those are known if ``code`` is not
     negative (``point``: the one on b, seen from a), and are added to the polygon if it lacks them.
     """
     face_a, cosine_a = aligned_face(rotation_a, normal)
@@ -388,9 +384,7 @@ def box_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, marg
     )
     if complete:
         return count
-    count, least = side_by_side(
-        position_a, rotation_a, size_a, rotation_b, size_b, r, normal, margin, contacts, count
-    )
+    count, least = side_by_side(position_a, rotation_a, size_a, rotation_b, size_b, r, normal, margin, contacts, count)
     if least > distance + AS_CLOSE * size:
         position = vec3.add(position_a, vec3.scale(0.5, vec3.add(point_a, point_b)))
         count = emit(contacts, count, position, normal, distance, PAIR_FEATURES + code)

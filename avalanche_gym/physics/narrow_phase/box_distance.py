@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .segment import closest_parameters
@@ -80,8 +82,8 @@ def separated_boxes(offset, rotation, half_a, half_b):
     """
     back = mat3.transpose(rotation)
     offset_back = vec3.neg(mat3.apply(back, offset))
-    best, code = _corners_to_box(offset, rotation, half_b, half_a, math.inf, 0, 0)
-    best, code = _corners_to_box(offset_back, back, half_a, half_b, best, code, 8)
+    best, code = _corners_to_box(offset, rotation, half_b, half_a, math.inf, np.int64(0), np.int64(0))
+    best, code = _corners_to_box(offset_back, back, half_a, half_b, best, code, np.int64(8))
     for pair in range(9):
         point_a, point_b, valid = _edges(offset, rotation, half_a, half_b, pair // 3, pair % 3)
         if valid:

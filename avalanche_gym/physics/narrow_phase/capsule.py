@@ -1,12 +1,12 @@
 """Capsule against capsule and box.
 
-Every point of a capsule's axis carries a ball, and a ball against the other shape is a contact in closed form. A manifold is
-therefore a choice of points on the axis: the closest one, and the two ends of the stretch that lies beside the other
-shape's edge or face. Each has its own exact normal and gap; the closest one is left out where an end is as close, so that
-a capsule at rest keeps its two contacts.
+Every point of a capsule's axis carries a ball, and a ball against the other shape is a contact in closed form. A
+manifold is therefore a choice of points on the axis: the closest one, and the two ends of the stretch that lies beside
+the other shape's edge or face. Each has its own exact normal and gap; the closest one is left out where an end is as
+close, so that a capsule at rest keeps its two contacts.
 
-Only where the axis itself passes through the other core is there no such ball. Then the axis of least overlap of the cores
-gives one normal for all (separating axes: Gottschalk et al. 1996, sec. 5).
+Only where the axis itself passes through the other core is there no such ball. Then the axis of least overlap of the
+cores gives one normal for all (separating axes: Gottschalk et al. 1996, sec. 5).
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from .sphere import CORES_TOUCH, emit_round, point_box
 # Features: the lower and the upper end of the common stretch, measured along the first capsule, and the closest point.
 LOWER_END, UPPER_END, CLOSEST = 0, 1, 2
 
-# Sine of the angle between two axes, or an axis and a face or edge, below which the ends of the stretch get contacts. Above
-# it the ends rise so steeply that the closest point alone supports the capsule.
+# Sine of the angle between two axes, or an axis and a face or edge, below which the ends of the stretch get contacts.
+# Above it the ends rise so steeply that the closest point alone supports the capsule.
 STRETCH_SLOPE = 0.05
 
 # Cosine between axis and normal above which a capsule stands rather than lies, and only its closest ball touches.
@@ -122,8 +122,8 @@ def closest_on_segment_to_box(center, u, length, half):
     """Parameter t in [-length, length] of the point center + t u that is closest to a box about the origin.
 
     The squared distance is convex and piecewise quadratic: its derivative is piecewise linear with kinks where the line
-    crosses the planes of the six faces. Each kink narrows the bracket around the root; what remains is one linear piece.
-    If a whole stretch is closest, any point of it may be returned.
+    crosses the planes of the six faces. Each kink narrows the bracket around the root; what remains is one linear
+    piece. If a whole stretch is closest, any point of it may be returned.
     """
     low, high = -length, length
     slope_low, slope_high = _slope(center, u, half, low), _slope(center, u, half, high)
@@ -174,7 +174,8 @@ def emit_ball_at_box(position_b, rotation_b, point, radius, distance, outward, f
 def least_overlap(center, u, length, half):
     """The outward unit axis along which a segment leaves a box soonest, and the signed distance along it [m].
 
-    The axes are the three faces and the three cross products with the edges; a face wins unless an edge is clearly better.
+    The axes are the three faces and the three cross products with the edges; a face wins unless an edge is clearly
+    better.
     """
     size = half[0] + half[1] + half[2] + length
     best = -math.inf
@@ -203,9 +204,7 @@ def least_overlap(center, u, length, half):
 
 
 @kernel
-def _pierced_box(
-    position_b, rotation_b, center, u, length, radius, half, margin, least_stretch, contacts, count
-):
+def _pierced_box(position_b, rotation_b, center, u, length, radius, half, margin, least_stretch, contacts, count):
     """Contacts of a capsule whose axis passes through a box: one normal for all."""
     axis, separation, outward = least_overlap(center, u, length, half)
     if axis >= 3:
@@ -236,9 +235,7 @@ def _pierced_box(
             point = vec3.add_scaled(center, upper if end == UPPER_END else lower, u)
             distance = vec3.dot(outward, point) - half[axis]
             if distance - radius <= margin:
-                count = emit_ball_at_box(
-                    position_b, rotation_b, point, radius, distance, outward, end, contacts, count
-                )
+                count = emit_ball_at_box(position_b, rotation_b, point, radius, distance, outward, end, contacts, count)
     return count
 
 

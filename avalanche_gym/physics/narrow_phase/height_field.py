@@ -1,22 +1,34 @@
 """Sphere, capsule and box against the facets of a height field.
 
-Every shape is a core of corners and edges with a radius (terrain_features.py). Three kinds of contact make up the manifold: a corner
-of the core over a face of the terrain; an edge of the core across a convex edge of the terrain, or a ball beside it; a convex
-vertex of the terrain under a face of the box, or beside a ball. Cells are found from the footprint of the shape, so the
-size of the field does not matter.
+Every shape is a core of corners and edges with a radius (terrain_shape.py). Three kinds of contact make up the
+manifold: a corner of the core over a face of the terrain; an edge of the core across a convex edge of the terrain, or
+a ball beside it; a convex vertex of the terrain under a face of the box, or beside a ball. Cells are found from the
+footprint of the shape, so the size of the field does not matter.
 
-**A corner below the surface** belongs to the face it has come through: the nearest point of the surface is found, and the contacts
-are those of that point, with the depth of the corner. In a corner of several walls this gives one contact a wall; a thin
-ridge never pushes a corner out on its far side.
+**A corner below the surface** belongs to the face it has come through: the nearest point of the surface is found, and
+the contacts are those of that point, with the depth of the corner. In a corner of several walls this gives one
+contact a wall; a thin ridge never pushes a corner out on its far side.
 """
 
 from __future__ import annotations
 
+import math
+
 from ..jit import kernel
-from ..maths import mat3, vec3
-from .height_field_grid import cell_index, face_normal, grid_of, list_features, sample
-from .terrain_candidates import END_FEATURE_ROW, FIRST_FEATURE_ROW, add_candidate, emit_candidates
-from .terrain_features import collide_features, core_corner, core_of
+from ..maths import vec3
+from .height_field_grid import cell_index, grid_of, list_features, sample
+from .terrain_candidates import add_candidate, emit_candidates
+from .terrain_features import collide_features
+from .terrain_shape import (
+    BOUNDS_ROW,
+    CORNER_ROW,
+    END_FEATURE_ROW,
+    FIRST_FEATURE_ROW,
+    get,
+    margin_of,
+    put_shape,
+    radius_of,
+)
 from .triangle import REGION_SLACK, closest_point
 
 # A corner below the surface looks for the nearest point of it this many cells around; deeper ones take the face above.
@@ -37,19 +49,29 @@ def _cells(grid, rows, columns, p, reach):
 
 
 @kernel
+def _plane(grid, heights, corner, columns, upper):
+    """Slopes dz/dx and dz/dy of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
+    a = heights[corner]
+    c = heights[corner + columns + 1]
+    if upper == 0:
+        b = heights[corner + 1]
+        return (b - a) * grid[4], (c - b) * grid[5]
+    d = heights[corner + columns]
+    return (c - d) * grid[4], (d - a) * grid[5]
+
+
+@kernel
 def _surface_point(grid, heights, rows, columns, p):
     """p itself if it is free, else the point of the surface nearest to it."""
     x = (p[0] - grid[0]) * grid[4]
     y = (p[1] - grid[1]) * grid[5]
-    if x < 0.0 or y < 0.0 or x > columns - 1 or y > rows - 1:
+    if not (0.0 <= x <= columns - 1 and 0.0 <= y <= rows - 1):
         return p
     column = min(int(x), columns - 2)
     row = min(int(y), rows - 2)
-    upper = 1 if y - row > x - column else 0
     corner = row * columns + column
-    n = face_normal(grid, heights, corner, columns, upper)
-    a = sample(grid, heights, columns, row, column)
-    depth = vec3.dot(n, vec3.sub(a, p)) / n[2]
+    slope_x, slope_y = _plane(grid, heights, corner, columns, 1 if y - row > x - column else 0)
+    depth = heights[corner] + slope_x * (x - column) * grid[2] + slope_y * (y - row) * grid[3] - p[2]
     if depth <= 0.0:
         return p
     best = (p[0], p[1], p[2] + depth)
@@ -61,7 +83,7 @@ def _surface_point(grid, heights, rows, columns, p):
             a = sample(grid, heights, columns, row, column)
             c = sample(grid, heights, columns, row + 1, column + 1)
             for upper in range(2):
-                # ABC, and ACD as CDA.
+                # ABC, and ACD as ADC: the way round does not matter here.
                 b = sample(grid, heights, columns, row + upper, column + 1 - upper)
                 q, _ = closest_point(p, a, b, c)
                 square = vec3.norm_squared(vec3.sub(p, q))
@@ -72,30 +94,39 @@ def _surface_point(grid, heights, rows, columns, p):
 
 
 @kernel
-def ball_against_faces(grid, heights, rows, columns, p, radius, part, margin, scale, scratch, count):
+def ball_against_faces(grid, heights, rows, columns, p, part, scratch, count):
     """Contacts of the faces with a ball (or a corner, radius 0) around p; return the new count of candidates."""
+    radius = radius_of(scratch)
+    reach = radius + margin_of(scratch)
     base = _surface_point(grid, heights, rows, columns, p)
     slack = REGION_SLACK * (grid[2] + grid[3])
-    first_row, last_row, first_column, last_column = _cells(grid, rows, columns, base, radius + margin)
+    first_row, last_row, first_column, last_column = _cells(grid, rows, columns, base, reach)
     for row in range(first_row, last_row + 1):
         for column in range(first_column, last_column + 1):
             corner = row * columns + column
             a = sample(grid, heights, columns, row, column)
-            r = vec3.sub(base, a)
+            x = base[0] - a[0]
+            y = base[1] - a[1]
             for upper in range(2):
-                n = face_normal(grid, heights, corner, columns, upper)
-                over = vec3.dot(n, r)
-                gap = vec3.dot(n, vec3.sub(p, a)) - radius
-                if over < -slack or gap > margin:
+                slope_x, slope_y = _plane(grid, heights, corner, columns, upper)
+                # Vertical distances from the plane, times cos = 1 / stretch those along its normal.
+                over = base[2] - a[2] - slope_x * x - slope_y * y
+                height = p[2] - a[2] - slope_x * (p[0] - a[0]) - slope_y * (p[1] - a[1])
+                stretch_squared = 1.0 + slope_x * slope_x + slope_y * slope_y
+                if over < -slack or (height > 0.0 and height * height > reach * reach * stretch_squared):
                     continue
-                u = (r[0] - over * n[0]) * grid[4]
-                v = (r[1] - over * n[1]) * grid[5]
+                along = over / stretch_squared
+                u = (x + along * slope_x) * grid[4]
+                v = (y + along * slope_y) * grid[5]
                 if upper == 1:
                     u, v = v, u
                 # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
                 if v >= -REGION_SLACK and v <= u + REGION_SLACK and u <= 1.0 + REGION_SLACK:
+                    cosine = 1.0 / math.sqrt(stretch_squared)
+                    n = (-cosine * slope_x, -cosine * slope_y, cosine)
+                    gap = cosine * height - radius
                     position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-                    count = add_candidate(scratch, count, position, n, gap, part, scale, margin)
+                    count = add_candidate(scratch, count, position, n, gap, part)
     return count
 
 
@@ -126,33 +157,26 @@ def collide_height_field(
         contacts, count: as in ``manifold.emit``.
         scratch: (256, 8), overwritten.
     """
-    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
-    axes = mat3.multiply(mat3.transpose(rotation_b), rotation_a)
-    half, radius = core_of(shape_a, size_a)
-    reach = radius + margin
-    extent = (
-        abs(axes[0]) * half[0] + abs(axes[1]) * half[1] + abs(axes[2]) * half[2] + reach,
-        abs(axes[3]) * half[0] + abs(axes[4]) * half[1] + abs(axes[5]) * half[2] + reach,
-        abs(axes[6]) * half[0] + abs(axes[7]) * half[1] + abs(axes[8]) * half[2] + reach,
-    )
-    lower = vec3.sub(center, extent)
-    upper = vec3.add(center, extent)
+    num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
+    lower = get(scratch, BOUNDS_ROW, 0)
+    upper = get(scratch, BOUNDS_ROW, 3)
+    grid = grid_of(field)
     if (
         lower[2] > field.highest
-        or abs(center[0]) - extent[0] > 0.5 * field.extent[0]
-        or abs(center[1]) - extent[1] > 0.5 * field.extent[1]
+        or lower[0] > -grid[0]
+        or lower[1] > -grid[1]
+        or upper[0] < grid[0]
+        or upper[1] < grid[1]
     ):
         return count
-    grid = grid_of(field)
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
-    scale = max(half[0], half[1], half[2]) + radius
     found = 0
-    for corner in range(8):
-        p, counts = core_corner(center, axes, half, corner)
-        if counts:
-            found = ball_against_faces(grid, heights, rows, columns, p, radius, corner, margin, scale, scratch, found)
+    for corner in range(num_corners):
+        p = get(scratch, CORNER_ROW + corner, 0)
+        part = int(scratch[CORNER_ROW + corner, 3])
+        found = ball_against_faces(grid, heights, rows, columns, p, part, scratch, found)
     first_row = cell_index(lower[1] - grid[1], grid[5], rows)
     last_row = cell_index(upper[1] - grid[1], grid[5], rows)
     first_column = cell_index(lower[0] - grid[0], grid[4], columns)
@@ -160,8 +184,8 @@ def collide_height_field(
     end = FIRST_FEATURE_ROW
     for row in range(first_row, last_row + 1):
         for column in range(first_column, last_column + 1):
-            end = list_features(grid, heights, rows, columns, row, column, lower, upper, scratch, end)
+            end = list_features(grid, heights, rows, columns, row, column, scratch, end)
             if end + ROWS_OF_SAMPLE > END_FEATURE_ROW or (row == last_row and column == last_column):
-                found = collide_features(scratch, end, shape_a, center, axes, half, radius, margin, scale, found)
+                found = collide_features(scratch, end, shape_a, found)
                 end = FIRST_FEATURE_ROW
-    return emit_candidates(scratch, found, position_b, rotation_b, scale, margin, contacts, count)
+    return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

@@ -1,12 +1,13 @@
 """The facets of a height field: samples, planes, and the features that stick out, read off the heights in place.
 
-A cell (row i, column j) has the corners A = (i, j), B = (i, j + 1), C = (i + 1, j + 1), D = (i + 1, j) and the triangles ABC and ACD. Every
-edge is a diagonal of the parallelogram of its two triangles, seen from above, so it sticks out exactly if the mean of
-its ends is above the mean of the two corners opposite to it: a second difference of heights. Nothing is
-precomputed, because heights may move.
+A cell (row i, column j) has the corners A = (i, j), B = (i, j + 1), C = (i + 1, j + 1), D = (i + 1, j) and the
+triangles ABC and ACD. Every edge is a diagonal of the parallelogram of its two triangles, seen from above, so it
+sticks out exactly if the mean of its ends is above the mean of the two corners opposite to it: a second difference of
+heights. Nothing is precomputed, because heights may move.
 
-``grid`` is (x of column 0, y of row 0, spacing along x, along y [m], their inverses [1/m]); ``heights`` is the (rows * columns,) view
-of one field. At the rim the solid ends in a vertical wall: rim edges and vertices stick out, and their cones end at the horizontal.
+``grid`` is (x of column 0, y of row 0, spacing along x, along y [m], their inverses [1/m]); ``heights`` is the
+(rows * columns,) view of one field. At the rim the solid ends in a vertical wall: rim edges and vertices stick out, and
+their cones end at the horizontal.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .terrain_features import put_edge
+from .terrain_shape import BOUNDS_ROW, put
 
-# An edge is flat below this angle [rad] between its faces: heights sampled from a plane carry round-off. What is lost is
-# a bend that lets a body sink by this much of a cell.
+# An edge is flat below this angle [rad] between its faces: heights sampled from a plane carry round-off. What is lost
+# is a bend that lets a body sink by this much of a cell.
 FLAT_ANGLE = 1e-10
 # ... or below this many units of round-off of the heights themselves.
 FLAT_ROUND_OFF = 16.0 * 2.220446049250313e-16
@@ -101,12 +103,12 @@ def _wall(e):
 @kernel
 def list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end):
     """Append the edge from (row, column) to (row + rise, column + shift) to the list; return its new end."""
-    corner = row * columns + column
     start = sample(grid, heights, columns, row, column)
     e = vec3.sub(sample(grid, heights, columns, row + rise, column + shift), start)
     length = math.sqrt(vec3.norm_squared(e))
     e = vec3.scale(1.0 / length, e)
-    # The face to the left is ACD or, along x, ABC of the cell ahead; along y it is ABC of the cell behind. Right: likewise.
+    # The face to the left is ACD or, along x, ABC of the cell ahead; along y it is ABC of the cell behind. Right:
+    # likewise.
     left_column = column - (1 if shift == 0 else 0)
     right_row = row - (1 if rise == 0 else 0)
     m1 = _wall(e)
@@ -138,9 +140,7 @@ def list_vertex(grid, heights, rows, columns, row, column, scratch, end):
     corner = row * columns + column
     spoke = end + 1
     if rim:
-        scratch[spoke, 0] = 0.0
-        scratch[spoke, 1] = 0.0
-        scratch[spoke, 2] = -1.0
+        put(scratch, spoke, 0, (0.0, 0.0, -1.0))
         spoke += 1
     for side in range(-1, 2, 2):
         for rise in range(2):
@@ -152,42 +152,40 @@ def list_vertex(grid, heights, rows, columns, row, column, scratch, end):
                     y = side * rise * grid[3]
                     z = heights[i * columns + j] - heights[corner]
                     s = 1.0 / math.sqrt(x * x + y * y + z * z)
-                    scratch[spoke, 0] = s * x
-                    scratch[spoke, 1] = s * y
-                    scratch[spoke, 2] = s * z
+                    put(scratch, spoke, 0, (s * x, s * y, s * z))
                     spoke += 1
     scratch[end, 0] = spoke - end - 1
-    scratch[end, 1] = grid[0] + column * grid[2]
-    scratch[end, 2] = grid[1] + row * grid[3]
-    scratch[end, 3] = heights[corner]
-    scratch[end, 4] = 0.0
-    scratch[end, 5] = 0.0
-    scratch[end, 6] = 1.0
+    put(scratch, end, 1, sample(grid, heights, columns, row, column))
+    put(scratch, end, 4, (0.0, 0.0, 1.0))
     scratch[end, 7] = corner
     return spoke
 
 
 @kernel
-def list_features(grid, heights, rows, columns, row, column, lower, upper, scratch, end):
-    """Append what sticks out of a sample and of the three edges it owns, within bounds [m]; return the new end.
+def list_features(grid, heights, rows, columns, row, column, scratch, end):
+    """Append what sticks out of a sample and of the three edges it owns, within the shape's bounds; return the new end.
 
     Appends at most 17 rows.
     """
-    x = grid[0] + column * grid[2]
-    y = grid[1] + row * grid[3]
-    z = heights[row * columns + column]
-    if x > upper[0] or y > upper[1]:
+    x, y, z = sample(grid, heights, columns, row, column)
+    if x > scratch[BOUNDS_ROW, 3] or y > scratch[BOUNDS_ROW, 4]:
         return end
-    for rise in range(2):
-        for shift in range(1 - rise, 2):
-            if (
-                x + shift * grid[2] >= lower[0]
-                and y + rise * grid[3] >= lower[1]
-                and _is_convex(grid, heights, rows, columns, row, column, rise, shift)
-            ):
-                far = heights[(row + rise) * columns + column + shift]
-                if max(z, far) >= lower[2] and min(z, far) <= upper[2]:
-                    end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
-    if x >= lower[0] and y >= lower[1] and lower[2] <= z <= upper[2]:
+    low = scratch[BOUNDS_ROW, 2]
+    high = scratch[BOUNDS_ROW, 5]
+    in_x = x >= scratch[BOUNDS_ROW, 0]
+    in_y = y >= scratch[BOUNDS_ROW, 1]
+    for edge in range(3):
+        # Along x, along y, the diagonal.
+        rise = 0 if edge == 0 else 1
+        shift = 0 if edge == 1 else 1
+        if (
+            (in_x or x + shift * grid[2] >= scratch[BOUNDS_ROW, 0])
+            and (in_y or y + rise * grid[3] >= scratch[BOUNDS_ROW, 1])
+            and _is_convex(grid, heights, rows, columns, row, column, rise, shift)
+        ):
+            far = heights[(row + rise) * columns + column + shift]
+            if max(z, far) >= low and min(z, far) <= high:
+                end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
+    if in_x and in_y and low <= z <= high:
         end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
     return end

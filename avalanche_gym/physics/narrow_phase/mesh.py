@@ -1,11 +1,13 @@
 """Sphere, capsule and box against a triangle mesh.
 
 The same three kinds of contact as for a height field (height_field.py), with the faces found by the mesh's tree. What
-sticks out was found when the mesh was prepared (shapes/mesh_preparation.py); the cones are read off the adjacent faces here.
+sticks out was found when the mesh was prepared (shapes/mesh_preparation.py); the cones are read off the adjacent
+faces here.
 
-**A corner behind a face** may have come through it or lie beyond a thin wall. The nearest point of the surface decides: it is inside if
-the pseudo-normal there says so (Baerentzen and Aanaes 2005, "Signed distance computation using the angle weighted
-pseudonormal"); a rim has no inside. The contacts of a corner that has come through are those of the nearest point, with its depth.
+**A corner behind a face** may have come through it or lie beyond a thin wall. The nearest point of the surface
+decides: it is inside if the pseudo-normal there says so (Baerentzen and Aanaes 2005, "Signed distance computation
+using the angle weighted pseudonormal"); a rim has no inside. The contacts of a corner that has come through are those
+of the nearest point, with its depth.
 
 A sheet (``two_sided``) acts on the side on which the middle of the shape is, face by face.
 """
@@ -16,22 +18,30 @@ import math
 
 from ..broad_phase.static_tree import box_distance_squared, faces_in_box, leaf_near
 from ..jit import kernel
-from ..maths import mat3, vec3
-from .terrain_candidates import (
+from ..maths import vec3
+from .terrain_candidates import add_candidate, emit_candidates
+from .terrain_features import MOST_SPOKES, collide_features, put_edge
+from .terrain_shape import (
+    BOUNDS_ROW,
+    CENTER_ROW,
+    CORNER_ROW,
     END_FEATURE_ROW,
     END_FREE_ROW,
     FIRST_FEATURE_ROW,
     FIRST_FREE_ROW,
-    add_candidate,
-    emit_candidates,
+    axis_of,
+    get,
+    margin_of,
+    put,
+    put_shape,
+    radius_of,
 )
-from .terrain_features import MOST_SPOKES, collide_features, core_corner, core_of, put_edge
 from .triangle import EDGE, REGION_SLACK, VERTEX, closest_point, in_prism
 
-# Rows of the scratch table: for each corner whether it is behind a face, the square of the distance to the surface and
-# the nearest point; then faces.
-CORNER_ROWS = FIRST_FREE_ROW
-FACE_ROWS = FIRST_FREE_ROW + 8
+# Rows of the scratch table: for each corner the nearest point of the surface if the corner is inside, else the
+# corner; the square of the distance to the surface; whether the corner is behind a face. Then faces, eight a row.
+BASE_ROW = FIRST_FREE_ROW
+FACE_ROW = FIRST_FREE_ROW + 8
 # Most rows that an edge and a vertex add to the list of features.
 ROWS_OF_CORNER = 3 + 1 + MOST_SPOKES
 
@@ -73,9 +83,7 @@ def _list_edge(vertices, faces, face, k, two_sided, center, scratch, end):
 @kernel
 def _put_spoke(vertices, other, v, scratch, row):
     t = vec3.sub(vec3.load(vertices[other].position), v)
-    s = 1.0 / vec3.norm(t)
-    for k in range(3):
-        scratch[row, k] = s * t[k]
+    put(scratch, row, 0, vec3.scale(1.0 / vec3.norm(t), t))
 
 
 @kernel
@@ -85,7 +93,8 @@ def _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end):
     v = vec3.load(vertices[number].position)
     row = end + 1
     last = end + MOST_SPOKES
-    # Counter-clockwise; if that ends at a rim, clockwise from the first face too. Every face gives the edge that leaves v.
+    # Counter-clockwise; if that ends at a rim, clockwise from the first face too. Every face gives the edge that
+    # leaves v.
     clockwise = False
     here = int(index)
     corner = k
@@ -107,9 +116,8 @@ def _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end):
             corner += 1
     out = vec3.sub(center, v) if two_sided else vec3.load(vertices[number].normal)
     scratch[end, 0] = row - end - 1
-    for j in range(3):
-        scratch[end, 1 + j] = v[j]
-        scratch[end, 4 + j] = out[j]
+    put(scratch, end, 1, v)
+    put(scratch, end, 4, out)
     scratch[end, 7] = number
     return row
 
@@ -132,46 +140,51 @@ def _is_inside(vertices, faces, face, side, p, nearest, lies_on):
 
 
 @kernel
-def _corner_against_face(vertices, faces, face, side, stage, corner, p, radius, margin, scale, scratch, count):
-    """One stage for one corner of the core and one face; return the count of candidates.
+def _corners_against_face(vertices, faces, face, side, stage, num_corners, scratch, count):
+    """One stage for the corners of the shape and one face; return the count of candidates.
 
-    MARK notes that the corner is behind a face, NEAREST looks for the nearest point of the surface, TOUCH adds the contacts.
+    MARK notes that a corner is behind a face, NEAREST looks for the nearest point of the surface, TOUCH adds the
+    contacts.
     """
-    row = CORNER_ROWS + corner
     a, b, c = corners_of(vertices, face)
     n = vec3.scale(side, vec3.load(face.normal))
-    height = vec3.dot(n, vec3.sub(p, a))
-    if stage == MARK:
-        if height < 0.0:
-            scratch[row, 0] = 1.0
-    elif stage == NEAREST:
-        if scratch[row, 0] == 1.0 and height * height < scratch[row, 1]:
-            nearest, lies_on = closest_point(p, a, b, c)
-            square = vec3.norm_squared(vec3.sub(p, nearest))
-            if square < scratch[row, 1]:
-                inside = _is_inside(vertices, faces, face, side, p, nearest, lies_on)
-                base = nearest if inside else p
-                scratch[row, 1] = square
-                for k in range(3):
-                    scratch[row, 2 + k] = base[k]
-    elif height - radius <= margin:
-        base = (scratch[row, 2], scratch[row, 3], scratch[row, 4])
-        slack = REGION_SLACK * (vec3.norm(vec3.sub(b, a)) + vec3.norm(vec3.sub(c, a)))
-        if vec3.dot(n, vec3.sub(base, a)) >= -slack and in_prism(base, a, b, c, n, slack):
-            gap = height - radius
-            position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-            return add_candidate(scratch, count, position, n, gap, corner, scale, margin)
+    radius = radius_of(scratch)
+    reach = radius + margin_of(scratch)
+    for corner in range(num_corners):
+        p = get(scratch, CORNER_ROW + corner, 0)
+        row = BASE_ROW + corner
+        height = vec3.dot(n, vec3.sub(p, a))
+        if stage == MARK:
+            if height < 0.0:
+                scratch[row, 4] = 1.0
+        elif stage == NEAREST:
+            if scratch[row, 4] == 1.0 and height * height < scratch[row, 3]:
+                nearest, lies_on = closest_point(p, a, b, c)
+                square = vec3.norm_squared(vec3.sub(p, nearest))
+                if square < scratch[row, 3]:
+                    scratch[row, 3] = square
+                    inside = _is_inside(vertices, faces, face, side, p, nearest, lies_on)
+                    put(scratch, row, 0, nearest if inside else p)
+        elif height <= reach:
+            base = get(scratch, row, 0)
+            over = vec3.dot(n, vec3.sub(base, a))
+            if over >= 0.0 or over * over <= REGION_SLACK * REGION_SLACK * vec3.norm_squared(vec3.sub(b, a)):
+                if in_prism(base, a, b, c, n):
+                    gap = height - radius
+                    position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
+                    count = add_candidate(scratch, count, position, n, gap, int(scratch[CORNER_ROW + corner, 3]))
     return count
 
 
 @kernel
-def _push_out(vertices, faces, nodes, center, axes, half, radius, margin, scale, scratch):
-    """A shape with its middle deep in a solid: one contact, towards the nearest point of the surface."""
+def _push_out(vertices, faces, nodes, scratch):
+    """A shape with its middle deep in a solid: one candidate, towards the nearest point of the surface."""
+    center = get(scratch, CENTER_ROW, 0)
     best = math.inf
     normal = vec3.ZERO
     inside = False
     node = leaf_near(nodes, center)
-    first_pass = True
+    bounded = False
     while node < nodes.shape[0]:
         here = nodes[node]
         if box_distance_squared(here, center) >= best:
@@ -186,51 +199,72 @@ def _push_out(vertices, faces, nodes, center, axes, half, radius, margin, scale,
                 best = square
                 inside = _is_inside(vertices, faces, face, 1.0, center, nearest, lies_on)
                 normal = vec3.sub(nearest, center)
-        node = 0 if first_pass else node + 1
-        first_pass = False
+        node = node + 1 if bounded else 0
+        bounded = True
     if not inside or best == 0.0:
         return 0
     depth = math.sqrt(best)
     normal = vec3.scale(1.0 / depth, normal)
-    local = mat3.apply_transposed(axes, normal)
-    reach = abs(local[0]) * half[0] + abs(local[1]) * half[1] + abs(local[2]) * half[2] + radius
-    gap = -depth - reach
+    reach = radius_of(scratch)
+    for axis in range(3):
+        reach += abs(vec3.dot(axis_of(scratch, axis), normal)) * scratch[CENTER_ROW, 3 + axis]
     position = vec3.add_scaled(center, 0.5 * (depth - reach), normal)
-    return add_candidate(scratch, 0, position, normal, gap, 0, scale, margin)
+    return add_candidate(scratch, 0, position, normal, -depth - reach, 0)
 
 
 @kernel
-def _meet(vertices, faces, num_listed, stage, two_sided, shape, center, axes, half, radius, margin, scale, scratch, count):
-    """One stage for all listed faces; the first one handles edges and vertices as well."""
+def _meets_bounds(vertices, face, scratch):
+    """Whether the box of a face meets that of the shape."""
+    a, b, c = corners_of(vertices, face)
+    low = vec3.min_(vec3.min_(a, b), c)
+    high = vec3.max_(vec3.max_(a, b), c)
+    return (
+        low[0] <= scratch[BOUNDS_ROW, 3]
+        and low[1] <= scratch[BOUNDS_ROW, 4]
+        and low[2] <= scratch[BOUNDS_ROW, 5]
+        and high[0] >= scratch[BOUNDS_ROW, 0]
+        and high[1] >= scratch[BOUNDS_ROW, 1]
+        and high[2] >= scratch[BOUNDS_ROW, 2]
+    )
+
+
+@kernel
+def _meet(vertices, faces, listed, stage, two_sided, shape, num_corners, scratch, count):
+    """One stage for the listed faces; the first one handles edges and vertices as well, and thins out the list.
+
+    Returns:
+        Number of faces still listed, and the new count of candidates.
+    """
+    center = get(scratch, CENTER_ROW, 0)
+    reach = radius_of(scratch) + margin_of(scratch)
     end = FIRST_FEATURE_ROW
-    for item in range(num_listed):
-        index = int(scratch[FACE_ROWS + (item >> 3), item & 7])
+    kept = 0
+    for item in range(listed):
+        index = int(scratch[FACE_ROW + (item >> 3), item & 7])
         face = faces[index]
         n = vec3.load(face.normal)
         height = vec3.dot(n, vec3.sub(center, vec3.load(vertices[face.vertices[0]].position)))
         side = -1.0 if two_sided and height < 0.0 else 1.0
-        local = mat3.apply_transposed(axes, n)
-        reach = abs(local[0]) * half[0] + abs(local[1]) * half[1] + abs(local[2]) * half[2] + radius
-        if side * height > reach + margin:
-            continue
-        for corner in range(8):
-            p, counts = core_corner(center, axes, half, corner)
-            if counts:
-                count = _corner_against_face(
-                    vertices, faces, face, side, stage, corner, p, radius, margin, scale, scratch, count
-                )
-        if stage == MARK and face.flags != 0:
+        if stage == MARK:
+            extent = reach
+            for axis in range(3):
+                extent += abs(vec3.dot(axis_of(scratch, axis), n)) * scratch[CENTER_ROW, 3 + axis]
+            if side * height > extent or not _meets_bounds(vertices, face, scratch):
+                continue
+            scratch[FACE_ROW + (kept >> 3), kept & 7] = index
             for k in range(3):
                 if face.flags >> k & 1:
                     end = _list_edge(vertices, faces, face, k, two_sided, center, scratch, end)
                 if face.flags >> (3 + k) & 1:
                     end = _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end)
                 if end + ROWS_OF_CORNER > END_FEATURE_ROW:
-                    count = collide_features(scratch, end, shape, center, axes, half, radius, margin, scale, count)
+                    count = collide_features(scratch, end, shape, count)
                     end = FIRST_FEATURE_ROW
+        kept += 1
+        count = _corners_against_face(vertices, faces, face, side, stage, num_corners, scratch, count)
     if stage == MARK:
-        count = collide_features(scratch, end, shape, center, axes, half, radius, margin, scale, count)
-    return count
+        count = collide_features(scratch, end, shape, count)
+    return kept, count
 
 
 @kernel
@@ -262,68 +296,39 @@ def collide_mesh(
         contacts, count: as in ``manifold.emit``.
         scratch: (256, 8), overwritten.
     """
-    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
-    axes = mat3.multiply(mat3.transpose(rotation_b), rotation_a)
-    half, radius = core_of(shape_a, size_a)
-    reach = radius + margin
-    extent = (
-        abs(axes[0]) * half[0] + abs(axes[1]) * half[1] + abs(axes[2]) * half[2] + reach,
-        abs(axes[3]) * half[0] + abs(axes[4]) * half[1] + abs(axes[5]) * half[2] + reach,
-        abs(axes[6]) * half[0] + abs(axes[7]) * half[1] + abs(axes[8]) * half[2] + reach,
-    )
-    lower = vec3.sub(center, extent)
-    upper = vec3.add(center, extent)
+    num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
+    center = get(scratch, CENTER_ROW, 0)
+    lower = get(scratch, BOUNDS_ROW, 0)
+    upper = get(scratch, BOUNDS_ROW, 3)
     vertices = vertices[mesh.first_vertex : mesh.first_vertex + mesh.num_vertices]
     faces = faces[mesh.first_face : mesh.first_face + mesh.num_faces]
     nodes = nodes[mesh.first_node : mesh.first_node + mesh.num_nodes]
     two_sided = mesh.two_sided == 1
-    scale = max(half[0], half[1], half[2]) + radius
-    # A corner farther in than this takes no part; the shape is pushed out as a whole.
-    deepest = vec3.norm_squared(extent) * 4.0
-    for corner in range(8):
-        p, _ = core_corner(center, axes, half, corner)
-        scratch[CORNER_ROWS + corner, 0] = 0.0
-        scratch[CORNER_ROWS + corner, 1] = deepest
-        for k in range(3):
-            scratch[CORNER_ROWS + corner, 2 + k] = p[k]
+    for corner in range(num_corners):
+        put(scratch, BASE_ROW + corner, 0, get(scratch, CORNER_ROW + corner, 0))
+        scratch[BASE_ROW + corner, 3] = math.inf
+        scratch[BASE_ROW + corner, 4] = 0.0
     found = 0
     listed = 0
     node = 0
     complete = False
     for stage in range(3):
-        if stage == NEAREST:
-            behind = 0.0
-            for corner in range(8):
-                behind += scratch[CORNER_ROWS + corner, 0]
-            if behind == 0.0:
-                continue
+        behind = 0.0
+        for corner in range(num_corners):
+            behind += scratch[BASE_ROW + corner, 4]
+        if (stage == NEAREST and behind == 0.0) or (complete and listed == 0):
+            continue
         if not complete:
             node = 0
         while True:
             if not complete:
-                from_start = node == 0
-                listed, node = faces_in_box(nodes, node, lower, upper, scratch, FACE_ROWS, END_FREE_ROW)
-                complete = from_start and node == nodes.shape[0]
-            found = _meet(
-                vertices,
-                faces,
-                listed,
-                stage,
-                two_sided,
-                shape_a,
-                center,
-                axes,
-                half,
-                radius,
-                margin,
-                scale,
-                scratch,
-                found,
-            )
+                complete = node == 0
+                listed, node = faces_in_box(nodes, node, lower, upper, scratch, FACE_ROW, END_FREE_ROW)
+                complete &= node == nodes.shape[0]
+            kept, found = _meet(vertices, faces, listed, stage, two_sided, shape_a, num_corners, scratch, found)
+            listed = kept
             if node == nodes.shape[0]:
                 break
-        if complete and listed == 0:
-            break
     if (
         found == 0
         and mesh.closed == 1
@@ -331,5 +336,5 @@ def collide_mesh(
         and mesh.lower[1] < center[1] < mesh.upper[1]
         and mesh.lower[2] < center[2] < mesh.upper[2]
     ):
-        found = _push_out(vertices, faces, nodes, center, axes, half, radius, margin, scale, scratch)
-    return emit_candidates(scratch, found, position_b, rotation_b, scale, margin, contacts, count)
+        found = _push_out(vertices, faces, nodes, scratch)
+    return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

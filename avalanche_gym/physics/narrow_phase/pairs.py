@@ -4,10 +4,23 @@ from __future__ import annotations
 
 from ..jit import Stage, stage
 from ..memory import header_at, heights_of, table
-from ..model import BOX, CAPSULE, HEIGHT_FIELD, HEIGHT_FIELD_ROW, PLANE, SPHERE
+from ..model import (
+    BOX,
+    CAPSULE,
+    FACE_ROW,
+    HEIGHT_FIELD,
+    HEIGHT_FIELD_ROW,
+    MESH,
+    MESH_ROW,
+    NODE_ROW,
+    PLANE,
+    SPHERE,
+    VERTEX_ROW,
+)
 from .box import box_box
 from .capsule import capsule_box, capsule_capsule
 from .height_field import collide_height_field
+from .mesh import collide_mesh
 from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
 from .plane import box_plane, capsule_plane, sphere_plane
 from .sphere import sphere_box, sphere_capsule, sphere_sphere
@@ -135,6 +148,30 @@ def height_field_stage(address, count):
     )
 
 
+@stage
+def mesh_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, _ = second_of(query)
+    header = header_at(query.header)
+    return collide_mesh(
+        query.shape_a,
+        position_a,
+        rotation_a,
+        size_a,
+        position_b,
+        rotation_b,
+        table(header.meshes, header.meshes_size, MESH_ROW)[query.data_b],
+        table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW),
+        table(header.mesh_faces, header.mesh_faces_size, FACE_ROW),
+        table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW),
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
 # By the codes of the two shapes, the smaller first.
 PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (SPHERE, SPHERE): sphere_sphere_stage,
@@ -147,6 +184,9 @@ PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (BOX, BOX): box_box_stage,
     (BOX, PLANE): box_plane_stage,
     (SPHERE, HEIGHT_FIELD): height_field_stage,
+    (SPHERE, MESH): mesh_stage,
     (CAPSULE, HEIGHT_FIELD): height_field_stage,
+    (CAPSULE, MESH): mesh_stage,
     (BOX, HEIGHT_FIELD): height_field_stage,
+    (BOX, MESH): mesh_stage,
 }

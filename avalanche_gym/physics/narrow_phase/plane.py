@@ -5,9 +5,12 @@ Gaps are heights over the plane; the normal, from the shape to the plane, is the
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .manifold import emit
+from .sphere import ONLY
 
 # A face must look at the plane more squarely than an earlier one by this much, as a difference of cosines, to be taken
 # instead: keeps the choice from flipping with round-off. Both faces share the lowest edge, so no contact is lost.
@@ -16,7 +19,7 @@ FACE_BIAS = 1e-9
 
 @kernel
 def emit_above_plane(point, radius, height, up, margin, feature, contacts, count):
-    """The contact of a ball of ``radius`` (0: a vertex) whose centre is ``height`` above the plane; return the new count."""
+    """The contact of a ball of ``radius`` (0: a vertex) whose centre is ``height`` above the plane; the new count."""
     gap = height - radius
     if gap > margin:
         return count
@@ -29,7 +32,7 @@ def sphere_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b,
     """One contact."""
     up = mat3.column(rotation_b, 2)
     height = vec3.dot(up, vec3.sub(position_a, position_b))
-    return emit_above_plane(position_a, size_a[0], height, up, margin, 0, contacts, count)
+    return emit_above_plane(position_a, size_a[0], height, up, margin, np.int64(ONLY), contacts, count)
 
 
 @kernel

@@ -1,25 +1,25 @@
 """Face against face: clip the one by the sides of the other, measure, reduce, emit.
 
-The *reference* face gives a frame: an origin in its plane, two tangents u, v and the outward normal w. The *incident* face
-of the other shape is a convex polygon in that frame, a row of the scratch array for each vertex. Clipping by one half plane
-for each side of the reference face (Sutherland & Hodgman 1974) leaves the part that lies over it. Every vertex q of that
-part faces a point p of the reference face, and all share one normal n, the direction of least separation of the two
-shapes. The incident face is projected *along n* on the plane of the reference face before it is clipped, so that q - p is
-parallel to n: gap = (q - p) . n. No gap is smaller than the separation, and that of the closest features equals it, whether
-n is the normal of either face or, between slightly tilted faces, of two crossing edges.
+The *reference* face gives a frame: an origin in its plane, two tangents u, v and the outward normal w. The *incident*
+face of the other shape is a convex polygon in that frame, a row of the scratch array for each vertex. Clipping by one
+half plane for each side of the reference face (Sutherland & Hodgman 1974) leaves the part that lies over it. Every
+vertex q of that part faces a point p of the reference face, and all share one normal n, the direction of least
+separation of the two shapes. The incident face is projected *along n* on the plane of the reference face before it is
+clipped, so that q - p is parallel to n: gap = (q - p) . n. No gap is smaller than the separation, and that of the
+closest features equals it, whether n is the normal of either face or, between slightly tilted faces, of two crossing
+edges.
 
-Use, for a polygon of ``count`` <= 16 vertices:
+Use, for a polygon of ``count`` <= MOST_CORNERS vertices and a normal (n_u, n_v, n_w) in the frame:
 
-    first = FIRST_BUFFER
-    set_vertex(scratch, first, k, x, y, height)                        # for each vertex, in cyclic order
-    project(scratch, first, count, n_u / n_w, n_v / n_w)               # if n is not w
-    first, count = clip(scratch, first, count, nx, ny, offset, tolerance, tag)     # for each side, tag 16, 17, ... 31
-    least = measure(scratch, first, count, dot(w, n) * sense)          # gaps; sense: 1.0 if the reference is a's, else -1.0
-    count = append(...)                                                # if the closest pair is not among them
-    total = emit_rows(scratch, first, count, ...)
+    set_vertex(scratch, first, k, x, y, height)            # for each vertex, in cyclic order; first = FIRST_BUFFER
+    project(scratch, first, count, n_u / n_w, n_v / n_w)   # nothing to do if n = w
+    first, count = clip(scratch, first, count, nx, ny, offset, tolerance, tag)   # each side: tag FIRST_SIDE + number
+    least = measure(scratch, first, count, abs(n_w))       # the gaps
+    count = append(scratch, first, count, x, y, gap, feature)                    # if the closest pair is not among them
+    total = emit_rows(scratch, first, count, ...)          # at most four
 
-Features of the rows: incident vertex k, or a crossing of an edge (tag k: from incident vertex k to the next; 16 and more:
-along a side) with a side.
+Features of the rows: incident vertex k, or a crossing of an edge (tag k: from incident vertex k to the
+next; FIRST_SIDE and more: along a side) with a side.
 """
 
 from __future__ import annotations
@@ -31,25 +31,28 @@ from ..maths import vec3
 from .manifold import emit
 from .reduction import FEATURE, GAP, HEIGHT, TAG, X, Y, drop_beyond, select_four
 
-# One scratch array a thread, float64. Two polygons of up to 32 rows are kept in it, and clipping goes from one to the other.
-SCRATCH_SHAPE = (64, 8)
-FIRST_BUFFER, SECOND_BUFFER = 0, 32
+# One scratch array a thread, float64. Two polygons are kept in its first 128 rows; clipping goes from one to the other.
+SCRATCH_SHAPE = (256, 8)
+FIRST_BUFFER, SECOND_BUFFER = 0, 64
+
+# Corners of the incident face and sides of the reference face, at most.
+MOST_CORNERS = 32
 
 # Tags below are incident edges, from here on sides of the reference face.
-FIRST_SIDE = 16
+FIRST_SIDE = MOST_CORNERS
 
 # Numbers of one pair of faces: the feature of a row is below.
-ROW_FEATURES = 2048
+ROW_FEATURES = 8192
 
-# A vertex beyond a side of the reference face by less than this fraction of the pair's size counts as within: flush faces
-# keep their own vertices, whatever the round-off. Contacts may lie outside of the face by as much.
+# A vertex beyond a side of the reference face by less than this fraction of the pair's size counts as within: flush
+# faces keep their own vertices, whatever the round-off. Contacts may lie outside of the face by as much.
 FLUSH = 1e-9
 
 # A contact as close as the true closest pair, within this fraction of the pair's size, stands for it.
 AS_CLOSE = 2e-10
 
-# Cosine between the normal and a face's below which that face gets no polygon: 3.6 degrees. Beyond it, the far corners rise
-# so steeply that the closest pair alone describes the contact.
+# Cosine between the normal and a face's below which that face gets no polygon: 3.6 degrees. Beyond it, the far corners
+# rise so steeply that the closest pair alone describes the contact.
 FACE_ALIGNED = 0.998
 
 # The second shape's face must be better aligned by this difference of cosines to become the reference.
@@ -86,14 +89,15 @@ def _cross_side(scratch, target, previous, distance_previous, current, distance,
         start = scratch[previous, column]
         scratch[target, column] = start + t * (scratch[current, column] - start)
     scratch[target, TAG] = tag_out
-    scratch[target, FEATURE] = (1 + tag_edge) * 32 + tag_side
+    scratch[target, FEATURE] = (1 + tag_edge) * (2 * MOST_CORNERS) + tag_side
 
 
 @kernel
 def clip(scratch, first, count, nx, ny, offset, tolerance, tag):
     """Keep the part of the polygon with nx x + ny y <= offset; return its first row and number of rows.
 
-    ``(nx, ny)`` unit outward normal of the side, ``tolerance`` [m] for vertices to count as within, ``tag`` of the side.
+    ``(nx, ny)`` unit outward normal of the side, ``tolerance`` [m] for vertices to count as within, ``tag`` of the
+    side.
     """
     outside = 0
     for i in range(first, first + count):
@@ -150,9 +154,7 @@ def append(scratch, first, count, x, y, gap, feature):
 
 
 @kernel
-def emit_rows(
-    scratch, first, rows, origin, u, v, normal, sense, size, margin, feature, contacts, count
-):
+def emit_rows(scratch, first, rows, origin, u, v, normal, sense, size, margin, feature, contacts, count):
     """Emit up to four of the rows with a gap of at most ``margin``; return the new count of contacts.
 
     ``origin`` [m], ``u``, ``v`` frame of the reference face in the world; ``normal`` from a to b; ``sense`` 1.0 if

@@ -1,19 +1,20 @@
 """Four contacts that support a body as well as all of its contacts would.
 
 The deepest one, the one farthest from it, and the farthest on either side of the line through these two. Ties go to the
-first, with a tolerance, so that round-off does not choose anew in every step and a regular polygon gives a regular choice.
+first, with a tolerance, so that round-off does not choose anew in every step and a regular polygon gives a regular
+choice.
 """
 
 from __future__ import annotations
 
 from ..jit import kernel
 
-# Columns of a scratch row: coordinates in the plane of the reference face, height over it, tag of the edge that leaves the
-# vertex, gap along the normal, feature.
+# Columns of a scratch row: coordinates in the plane of the reference face, height over it, tag of the edge that leaves
+# the vertex, gap along the normal, feature.
 X, Y, HEIGHT, TAG, GAP, FEATURE = 0, 1, 2, 3, 4, 5
 
-# Gaps this close, as a fraction of the pair's size, count as equally deep. The four contacts may miss the deepest point by
-# no more.
+# Gaps this close, as a fraction of the pair's size, count as equally deep. The four contacts may miss the deepest point
+# by no more.
 DEPTH_TIE = 1e-9
 
 # A point must be farther than an earlier one by this fraction to be taken instead.

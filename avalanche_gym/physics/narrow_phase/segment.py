@@ -14,8 +14,8 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import vec3
 
-# Sine of the angle below which two lines count as parallel: their crossing then lies further away than the lengths in use
-# can tell from infinity, and any point of the common stretch is closest to within this fraction of the length.
+# Sine of the angle below which two lines count as parallel: their crossing then lies further away than the lengths in
+# use can tell from infinity, and any point of the common stretch is closest to within this fraction of the length.
 PARALLEL_LINES = 1e-14
 
 
@@ -39,7 +39,8 @@ def stretch_ends(along, length_a, cosine, length_b):
 def closest_parameters(r, u, length_a, v, length_b):
     """Parameters (s, t) [m] of the closest points u s of the first segment and r + v t of the second.
 
-    ``r`` centre of the second seen from the first [m]; ``u``, ``v`` unit directions; ``length_a``, ``length_b`` half lengths.
+    ``r`` centre of the second seen from the first [m]; ``u``, ``v`` unit directions; ``length_a``, ``length_b`` half
+    lengths.
     """
     w = vec3.cross(u, v)
     sine_squared = vec3.norm_squared(w)

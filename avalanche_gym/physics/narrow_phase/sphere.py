@@ -1,12 +1,14 @@
 """Sphere against sphere, capsule and box, in closed form; and the contact between two rounded cores.
 
-A sphere is a point with a radius around it, a capsule a segment with one. Their contacts follow from the closest points of
-the cores: the normal joins them, the gap is their distance less the radii.
+A sphere is a point with a radius around it, a capsule a segment with one. Their contacts follow from the closest points
+of the cores: the normal joins them, the gap is their distance less the radii.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
@@ -16,6 +18,10 @@ from .segment import clamp
 # Cores closer than this fraction of the pair's size touch: the direction between them is then round-off, and the normal
 # is taken from the shapes instead.
 CORES_TOUCH = 1e-14
+
+# The feature of a pair that has one contact at most; the same wherever it lies, so that a rolling sphere keeps its
+# impulse.
+ONLY = 0
 
 
 @kernel
@@ -41,7 +47,17 @@ def sphere_sphere(position_a, rotation_a, size_a, position_b, rotation_b, size_b
     """One contact; concentric spheres part along z."""
     offset = vec3.sub(position_b, position_a)
     return emit_round(
-        position_a, vec3.ZERO, size_a[0], offset, size_b[0], 0.0, (0.0, 0.0, 1.0), margin, 0, contacts, count
+        position_a,
+        vec3.ZERO,
+        size_a[0],
+        offset,
+        size_b[0],
+        0.0,
+        (0.0, 0.0, 1.0),
+        margin,
+        np.int64(ONLY),
+        contacts,
+        count,
     )
 
 
@@ -54,7 +70,7 @@ def sphere_capsule(position_a, rotation_a, size_a, position_b, rotation_b, size_
     across, _ = vec3.tangents(axis)
     touch = CORES_TOUCH * (size_b[0] + size_b[1])
     return emit_round(
-        position_a, vec3.ZERO, size_a[0], nearest, size_b[0], touch, across, margin, 0, contacts, count
+        position_a, vec3.ZERO, size_a[0], nearest, size_b[0], touch, across, margin, np.int64(ONLY), contacts, count
     )
 
 
@@ -110,4 +126,4 @@ def sphere_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, m
         return count
     normal = vec3.neg(mat3.apply(rotation_b, outward))
     position = vec3.add_scaled(position_a, size_a[0] + 0.5 * gap, normal)
-    return emit(contacts, count, position, normal, gap, 0)
+    return emit(contacts, count, position, normal, gap, np.int64(ONLY))

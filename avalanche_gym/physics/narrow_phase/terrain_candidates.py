@@ -1,18 +1,20 @@
 """Candidates of one pair of shape and terrain: collected, merged, reduced, numbered and handed over.
 
-A candidate is a row of the caller's scratch table: position (3) and outward normal (3) in the terrain's frame, gap, feature.
-"Outward" is from the terrain to the shape, against the normal of the contact.
+A candidate is a row of the scratch table (terrain_shape.py): position (3) and outward normal (3) in the terrain's
+frame, gap, feature. "Outward" is from the terrain to the shape, against the normal of the contact.
 
-**Merging.** Neighbouring regions of the terrain overlap by round-off (triangle.py), so one contact can be found from two
-faces. Two candidates at one place with one normal are one.
+**Merging.** Neighbouring regions of the terrain overlap by round-off (triangle.py), so one contact can be found from
+two faces. Two candidates at one place with one normal are one.
 
-**Reduction.** A rigid body is held by few contacts: those that span the others. The deepest is kept, then again and again the one
-farthest from all kept ones, where distance counts position and ``scale`` times the normal (Gonzalez 1985, "Clustering to
-minimize the maximum intercluster distance"): the extremes of the support, and one of each direction.
+**Reduction.** A rigid body is held by few contacts: those that span the others. The deepest is kept, then again and
+again the one farthest from all kept ones, where distance counts position and ``scale`` times the normal (Gonzalez
+1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one of each
+direction.
 
-**Feature ids.** A candidate's feature names the part of the moving shape alone, so that it stays when the shape slides from one
-triangle to the next. Where one part touches in several places the places are numbered in the order of their normals,
-which does not depend on the triangulation either. Vertices of the terrain are named by their own number.
+**Feature ids.** A candidate's feature names the part of the moving shape alone, so that it stays when the shape
+slides from one triangle to the next. Where one part touches in several places the places are numbered in the order of
+their normals, which does not depend on the triangulation either. Vertices of the terrain are named by their own
+number.
 """
 
 from __future__ import annotations
@@ -20,17 +22,10 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .manifold import emit
+from .terrain_shape import margin_of, put, scale_of
 
-# The scratch table has (256, 8) entries: candidates, features of the terrain (terrain_features.py), then what a kind of
-# terrain needs for itself.
+# Rows of the scratch table (terrain_shape.py) that hold candidates.
 CAPACITY = 64
-FIRST_FEATURE_ROW = 64
-END_FEATURE_ROW = 144
-FIRST_FREE_ROW = 144
-END_FREE_ROW = 256
-
-# What a full buffer of candidates is reduced to.
-KEPT_WHEN_FULL = 24
 # Most contacts of a pair.
 MOST_CONTACTS = 8
 
@@ -48,12 +43,13 @@ GENERIC_DIRECTION = (0.2391, 0.5137, 0.8240)
 
 
 @kernel
-def reduce_candidates(scratch, count, most, scale, margin):
+def reduce_candidates(scratch, count, most):
     """Keep ``most`` candidates, the deepest first; return how many there are."""
-    if count <= most:
+    if count == most:
         return count
     # A contact that is farther off than the deepest by the whole margin counts half.
-    falloff = 1.0 / max(margin, MERGE_DISTANCE * scale)
+    scale = scale_of(scratch)
+    falloff = 1.0 / max(margin_of(scratch), MERGE_DISTANCE * scale)
     for kept in range(most):
         chosen = kept
         best = -1.0
@@ -84,7 +80,7 @@ def reduce_candidates(scratch, count, most, scale, margin):
 
 
 @kernel
-def add_candidate(scratch, count, position, out, gap, feature, scale, margin):
+def add_candidate(scratch, count, position, out, gap, feature):
     """Append a candidate unless it is there already; return the new count.
 
     Args:
@@ -94,10 +90,8 @@ def add_candidate(scratch, count, position, out, gap, feature, scale, margin):
         out: unit, from the terrain to the shape.
         gap: [m].
         feature: see above.
-        scale: [m] size of the shape.
-        margin: [m].
     """
-    near = MERGE_DISTANCE * scale
+    near = MERGE_DISTANCE * scale_of(scratch)
     for i in range(count):
         if (
             abs(scratch[i, 0] - position[0]) <= near
@@ -109,22 +103,18 @@ def add_candidate(scratch, count, position, out, gap, feature, scale, margin):
             scratch[i, 7] = min(scratch[i, 7], feature)
             return count
     if count == CAPACITY:
-        count = reduce_candidates(scratch, count, KEPT_WHEN_FULL, scale, margin)
-    scratch[count, 0] = position[0]
-    scratch[count, 1] = position[1]
-    scratch[count, 2] = position[2]
-    scratch[count, 3] = out[0]
-    scratch[count, 4] = out[1]
-    scratch[count, 5] = out[2]
+        count = reduce_candidates(scratch, count, count >> 1)
+    put(scratch, count, 0, position)
+    put(scratch, count, 3, out)
     scratch[count, 6] = gap
     scratch[count, 7] = feature
     return count + 1
 
 
 @kernel
-def emit_candidates(scratch, num_candidates, position_b, rotation_b, scale, margin, contacts, count):
+def emit_candidates(scratch, num_candidates, position_b, rotation_b, contacts, count):
     """Reduce the candidates, number them and emit them in the world frame; return the new count of contacts."""
-    num_candidates = reduce_candidates(scratch, num_candidates, MOST_CONTACTS, scale, margin)
+    num_candidates = reduce_candidates(scratch, num_candidates, min(num_candidates, MOST_CONTACTS))
     for i in range(num_candidates):
         feature = int(scratch[i, 7])
         if feature < TERRAIN_VERTEX:

@@ -1,23 +1,20 @@
 """Edges and vertices of a terrain against a sphere, a capsule and a box, in the terrain's frame.
 
-A kind of terrain (height field, mesh) lists the edges and vertices that stick out near the shape; here they meet the shape. The list
-lies in the scratch table from FIRST_FEATURE_ROW on:
+A kind of terrain (height field, mesh) lists the edges and vertices that stick out near the shape; here they meet the
+shape. The list lies in the scratch table (terrain_shape.py) from FIRST_FEATURE_ROW on:
 
     edge:    (0, start, direction e, length), (m1, m2, -, -), (out, -, -, -, -, -)
     vertex:  (number of spokes, position, out, vertex number), then one row (t, -, -, -, -, -) a spoke
 
-m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges; all are unit vectors, ``out`` points to the
-free side. They make the normal cone of triangle.py.
+m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges; all are unit vectors,
+``out`` points to the free side. They make the normal cone of triangle.py.
 
-All three shapes are a *core* with a radius: the points within ``radius`` of a box whose half extents are zero along no axis (box,
-radius 0), two axes (capsule) or all (sphere). ``center`` and ``axes`` (3 x 3, columns are the core's axes) place the core.
+The normal of every contact is that of a feature of the terrain whose normal cone holds it, exactly; the part of the
+box must be its extreme one against that normal. There a part counts as extreme too if it misses by at most ``TILT``,
+because a box that rests flat on a ridge needs both ends of its support, and round-off tilts it.
 
-The normal of every contact is that of a feature of the terrain whose normal cone holds it, exactly; the part of the box must
-be its extreme one against that normal. There a part counts as extreme too if it misses by at most ``TILT``, because a box that
-rests flat on a ridge needs both ends of its support, and round-off tilts it.
-
-Where a box has sunk into an edge or a vertex, several pairs of features pass these tests; the one with the least depth is the way
-out (the separating-axis rule). A feature beyond the centre is left to the vertices of the box.
+Where a box has sunk into an edge or a vertex, several pairs of features pass these tests; the one with the least
+depth is the way out (the separating-axis rule). A feature beyond the centre is left to the vertices of the box.
 """
 
 from __future__ import annotations
@@ -25,14 +22,10 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
-from ..maths import mat3, vec3
-from ..model import BOX, CAPSULE, SPHERE
-from .terrain_candidates import (
-    FIRST_FEATURE_ROW,
-    TERRAIN_VERTEX,
-    VERTEX_NUMBERS,
-    add_candidate,
-)
+from ..maths import vec3
+from ..model import BOX, SPHERE
+from .terrain_candidates import TERRAIN_VERTEX, VERTEX_NUMBERS, add_candidate
+from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, put, radius_of
 from .triangle import REGION_SLACK
 
 # [rad] How far from flat a face of a box may lie on an edge or vertex of the terrain, and still be supported by all of
@@ -49,118 +42,98 @@ MOST_SPOKES = 32  # of a vertex in the list; a mesh vertex with more takes its p
 
 
 @kernel
-def core_of(shape, size):
-    """Half extents of the core, and radius [m]."""
-    if shape == SPHERE:
-        return vec3.ZERO, size[0]
-    if shape == CAPSULE:
-        return (0.0, 0.0, size[1]), size[0]
-    return size, 0.0
-
-
-@kernel
-def core_corner(center, axes, half, corner):
-    """Corner of the core, and whether it counts: along an axis without extent only one side does."""
-    signs = (2.0 * (corner & 1) - 1.0, (corner & 2) - 1.0, 0.5 * (corner & 4) - 1.0)
-    point = vec3.add(center, mat3.apply(axes, vec3.multiply(signs, half)))
-    counts = (half[0] > 0.0 or corner & 1 == 0) and (half[1] > 0.0 or corner & 2 == 0) and (half[2] > 0.0 or corner < 4)
-    return point, counts
-
-
-@kernel
 def put_edge(scratch, row, start, e, length, m1, m2, out):
     """Append an edge to the list of features; return the next free row."""
     scratch[row, 0] = 0.0
-    for k in range(3):
-        scratch[row, 1 + k] = start[k]
-        scratch[row, 4 + k] = e[k]
-        scratch[row + 1, k] = m1[k]
-        scratch[row + 1, 3 + k] = m2[k]
-        scratch[row + 2, k] = out[k]
+    put(scratch, row, 1, start)
+    put(scratch, row, 4, e)
     scratch[row, 7] = length
+    put(scratch, row + 1, 0, m1)
+    put(scratch, row + 1, 3, m2)
+    put(scratch, row + 2, 0, out)
     return row + 3
-
-
-@kernel
-def _get(scratch, row, column):
-    return (scratch[row, column], scratch[row, column + 1], scratch[row, column + 2])
 
 
 @kernel
 def _in_edge_cone(scratch, row, d):
     return (
-        vec3.dot(d, _get(scratch, row + 1, 0)) <= REGION_SLACK
-        and vec3.dot(d, _get(scratch, row + 1, 3)) <= REGION_SLACK
-        and vec3.dot(d, _get(scratch, row + 2, 0)) > 0.0
+        vec3.dot(d, get(scratch, row + 1, 0)) <= REGION_SLACK
+        and vec3.dot(d, get(scratch, row + 1, 3)) <= REGION_SLACK
+        and vec3.dot(d, get(scratch, row + 2, 0)) > 0.0
     )
 
 
 @kernel
 def _in_vertex_cone(scratch, row, d, slack):
-    if vec3.dot(d, _get(scratch, row, 4)) <= 0.0:
-        return False
+    inside = vec3.dot(d, get(scratch, row, 4)) > 0.0
     for spoke in range(row + 1, row + 1 + int(scratch[row, 0])):
-        if vec3.dot(d, _get(scratch, spoke, 0)) > slack:
-            return False
-    return True
+        if vec3.dot(d, get(scratch, spoke, 0)) > slack:
+            inside = False
+            break
+    return inside
 
 
 @kernel
-def _rounded(scratch, row, center, axes, half, radius, margin, scale, count):
+def _rounded(scratch, row, count):
     """An edge or a vertex of the terrain against a sphere or the ends of a capsule; a vertex against its side too."""
-    start = _get(scratch, row, 1)
+    start = get(scratch, row, 1)
     is_vertex = scratch[row, 0] > 0.0
-    axis = mat3.column(axes, 2)
-    ends = 2 if half[2] > 0.0 else 1
+    center = get(scratch, CENTER_ROW, 0)
+    half_length = scratch[CENTER_ROW, 5]
+    radius = radius_of(scratch)
+    reach = radius + margin_of(scratch)
+    axis = axis_of(scratch, 2)
+    ends = 2 if half_length > 0.0 else 1
     for end in range(ends + 1):
         # The ends, then the point of the core's line over the vertex.
-        along = half[2] * (2.0 * end - 1.0)
+        along = half_length * (2.0 * end - 1.0)
         if end == ends:
-            if not is_vertex or half[2] == 0.0:
+            if not is_vertex or half_length == 0.0:
                 break
             along = vec3.dot(vec3.sub(start, center), axis)
-            if abs(along) >= half[2]:
+            if abs(along) >= half_length:
                 break
         p = vec3.add_scaled(center, along, axis)
         foot = start
         if not is_vertex:
-            e = _get(scratch, row, 4)
+            e = get(scratch, row, 4)
+            length = scratch[row, 7]
             t = vec3.dot(vec3.sub(p, start), e)
-            if abs(t - 0.5 * scratch[row, 7]) > (0.5 + REGION_SLACK) * scratch[row, 7]:
+            if abs(t - 0.5 * length) > (0.5 + REGION_SLACK) * length:
                 continue
             foot = vec3.add_scaled(start, t, e)
         d = vec3.sub(p, foot)
         square = vec3.norm_squared(d)
-        if square == 0.0 or square > (radius + margin) * (radius + margin):
+        if square == 0.0 or square > reach * reach:
             continue
         distance = math.sqrt(square)
         d = vec3.scale(1.0 / distance, d)
         feature = 4 * end
         if end == ends:
             feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8
-        elif half[2] > 0.0 and vec3.dot(d, axis) * along > TILT * half[2]:
+        elif half_length > 0.0 and vec3.dot(d, axis) * along > TILT * half_length:
             # The end of a capsule owns only what lies beyond it.
             continue
-        if is_vertex:
-            if not _in_vertex_cone(scratch, row, d, REGION_SLACK):
-                continue
-        elif not _in_edge_cone(scratch, row, d):
-            continue
-        gap = distance - radius
-        position = vec3.add_scaled(foot, 0.5 * gap, d)
-        count = add_candidate(scratch, count, position, d, gap, feature, scale, margin)
+        in_cone = _in_vertex_cone(scratch, row, d, REGION_SLACK) if is_vertex else _in_edge_cone(scratch, row, d)
+        if in_cone:
+            gap = distance - radius
+            count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
     return count
 
 
 @kernel
-def _crossing(scratch, row, center, axes, half, radius, margin, scale, count):
+def _crossing(scratch, row, count):
     """An edge of the terrain across the edges of a box, or across the side of a capsule.
 
     Both edges must cross, seen along their common normal ``d = +-(e x b)``.
     """
-    start = _get(scratch, row, 1)
-    e = _get(scratch, row, 4)
+    start = get(scratch, row, 1)
+    e = get(scratch, row, 4)
     length = scratch[row, 7]
+    center = get(scratch, CENTER_ROW, 0)
+    half = get(scratch, CENTER_ROW, 3)
+    radius = radius_of(scratch)
+    margin = margin_of(scratch)
     deepest = -math.inf if radius == 0.0 else -2.0 * radius
     best_gap = -math.inf
     best_axis = -1
@@ -169,19 +142,19 @@ def _crossing(scratch, row, center, axes, half, radius, margin, scale, count):
         for axis in range(3):
             if half[axis] == 0.0 or (attempt == 1 and axis != best_axis):
                 continue
-            b = mat3.column(axes, axis)
+            b = axis_of(scratch, axis)
             d = vec3.cross(e, b)
             sine_squared = vec3.norm_squared(d)
             if sine_squared < PARALLEL * PARALLEL:
                 continue
-            side = math.copysign(1.0, vec3.dot(d, _get(scratch, row + 2, 0)))
+            side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
             d = vec3.scale(side / math.sqrt(sine_squared), d)
             if not _in_edge_cone(scratch, row, d):
                 continue
             j = (axis + 1) % 3
             k = (axis + 2) % 3
-            a_j = mat3.column(axes, j)
-            a_k = mat3.column(axes, k)
+            a_j = axis_of(scratch, j)
+            a_k = axis_of(scratch, k)
             slope_j = vec3.dot(a_j, d)
             slope_k = vec3.dot(a_k, d)
             cosine = vec3.dot(e, b)
@@ -209,9 +182,8 @@ def _crossing(scratch, row, center, axes, half, radius, margin, scale, count):
                 if radius == 0.0 and vec3.dot(vec3.sub(center, foot), d) <= 0.0:
                     continue
                 if attempt == 1:
-                    position = vec3.add_scaled(foot, 0.5 * gap, d)
                     feature = EDGE_FEATURE + 4 * axis + sides
-                    count = add_candidate(scratch, count, position, d, gap, feature, scale, margin)
+                    count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
                 elif gap > best_gap:
                     best_gap = gap
                     best_axis = axis
@@ -221,12 +193,14 @@ def _crossing(scratch, row, center, axes, half, radius, margin, scale, count):
 
 
 @kernel
-def _under_box(scratch, row, center, axes, half, margin, scale, count):
+def _under_box(scratch, row, count):
     """A vertex of the terrain against the face of a box through which it is outside, or leaves the box soonest."""
-    v = _get(scratch, row, 1)
-    x = mat3.apply_transposed(axes, vec3.sub(v, center))
+    v = get(scratch, row, 1)
+    half = get(scratch, CENTER_ROW, 3)
+    r = vec3.sub(v, get(scratch, CENTER_ROW, 0))
+    x = (vec3.dot(axis_of(scratch, 0), r), vec3.dot(axis_of(scratch, 1), r), vec3.dot(axis_of(scratch, 2), r))
     gaps = (abs(x[0]) - half[0], abs(x[1]) - half[1], abs(x[2]) - half[2])
-    if max(gaps[0], gaps[1], gaps[2]) > margin:
+    if max(gaps[0], gaps[1], gaps[2]) > margin_of(scratch):
         return count
     refused = 0
     for _ in range(3):
@@ -236,7 +210,7 @@ def _under_box(scratch, row, center, axes, half, margin, scale, count):
                 axis = k
         refused |= 1 << axis
         side = math.copysign(1.0, x[axis])
-        d = vec3.scale(-side, mat3.column(axes, axis))
+        d = vec3.scale(-side, axis_of(scratch, axis))
         beside = False
         for k in range(3):
             beside |= k != axis and gaps[k] > REGION_SLACK * half[k]
@@ -244,22 +218,21 @@ def _under_box(scratch, row, center, axes, half, margin, scale, count):
             continue
         part = 2 * axis + (1 if side > 0.0 else 0)
         feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8 + part
-        position = vec3.add_scaled(v, 0.5 * gaps[axis], d)
-        return add_candidate(scratch, count, position, d, gaps[axis], feature, scale, margin)
+        return add_candidate(scratch, count, vec3.add_scaled(v, 0.5 * gaps[axis], d), d, gaps[axis], feature)
     return count
 
 
 @kernel
-def collide_features(scratch, end, shape, center, axes, half, radius, margin, scale, count):
+def collide_features(scratch, end, shape, count):
     """Contacts of the listed features, up to row ``end``, with the shape; return the new count of candidates."""
     row = FIRST_FEATURE_ROW
     while row < end:
         spokes = int(scratch[row, 0])
         if shape != BOX:
-            count = _rounded(scratch, row, center, axes, half, radius, margin, scale, count)
+            count = _rounded(scratch, row, count)
         elif spokes > 0:
-            count = _under_box(scratch, row, center, axes, half, margin, scale, count)
+            count = _under_box(scratch, row, count)
         if spokes == 0 and shape != SPHERE:
-            count = _crossing(scratch, row, center, axes, half, radius, margin, scale, count)
+            count = _crossing(scratch, row, count)
         row += 1 + spokes if spokes > 0 else 3
     return count

@@ -1,15 +1,14 @@
 """Geometry of one triangle and of its edges.
 
 The *normal cone* of a feature of a surface holds the directions in which that feature is the nearest one: a point
-``p = q + s d`` with small ``s > 0`` has ``q`` as a closest point exactly if ``d . t <= 0`` for every direction ``t`` that leads from
-``q`` along the surface. For a point inside an edge with unit direction ``e`` these are ``+-e`` and the two directions ``m1``, ``m2``
-that lead from the edge into its two faces, at right angles to it; for a vertex they are the edges that leave it. The cone
-of a flat edge is a single line and that of a concave one is empty, on the free side: nothing can catch on them.
+``p = q + s d`` with small ``s > 0`` has ``q`` as a closest point exactly if ``d . t <= 0`` for every direction ``t``
+that leads from ``q`` along the surface. For a point inside an edge with unit direction ``e`` these are ``+-e`` and the two
+directions ``m1``, ``m2`` that lead from the edge into its two faces, at right angles to it; for a vertex they are the
+edges that leave it. The cone of a flat edge is a single line and that of a concave one is empty, on the free side:
+nothing can catch on them.
 """
 
 from __future__ import annotations
-
-import math
 
 from ..jit import kernel
 from ..maths import vec3
@@ -26,7 +25,8 @@ INSIDE, EDGE, VERTEX = 0, 1, 4
 def closest_point(p, a, b, c):
     """Closest point of a triangle to p, and what it lies on.
 
-    Ericson 2005, "Real-Time Collision Detection", section 5.1.5: signs of the barycentric coordinates, from six products.
+    Ericson 2005, "Real-Time Collision Detection", section 5.1.5: signs of the barycentric coordinates, from six
+    products.
     """
     ab = vec3.sub(b, a)
     ac = vec3.sub(c, a)
@@ -61,16 +61,12 @@ def closest_point(p, a, b, c):
 
 @kernel
 def beyond_edge(p, a, b, normal):
-    """How far p lies beyond the edge from a to b [m], measured in the face with this unit normal; negative inside."""
+    """Whether p lies beyond the edge from a to b, seen along the unit normal of its face, by more than the slack."""
     e = vec3.sub(b, a)
-    return vec3.dot(vec3.cross(e, normal), vec3.sub(p, a)) / math.sqrt(vec3.norm_squared(e))
+    return vec3.dot(vec3.cross(e, normal), vec3.sub(p, a)) > REGION_SLACK * vec3.norm_squared(e)
 
 
 @kernel
-def in_prism(p, a, b, c, normal, slack):
-    """Whether p lies over (or under) the triangle, along its unit normal; ``slack`` [m] beyond its edges is allowed."""
-    return (
-        beyond_edge(p, a, b, normal) <= slack
-        and beyond_edge(p, b, c, normal) <= slack
-        and beyond_edge(p, c, a, normal) <= slack
-    )
+def in_prism(p, a, b, c, normal):
+    """Whether p lies over (or under) the triangle, along its unit normal, up to the slack."""
+    return not (beyond_edge(p, a, b, normal) or beyond_edge(p, b, c, normal) or beyond_edge(p, c, a, normal))

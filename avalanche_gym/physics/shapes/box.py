@@ -12,7 +12,7 @@ from . import checks
 from .shape import Shape
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Box(Shape):
     """Box about the origin, edges along the axes of its frame.
 
@@ -20,12 +20,12 @@ class Box(Shape):
         half_extents: (hx, hy, hz) [m], positive: half of each edge.
     """
 
-    half_extents: Sequence[float]
+    half_extents: tuple[float, float, float]
 
     code: ClassVar[int] = model.BOX
 
-    def __post_init__(self) -> None:
-        given = checks.finite_array("Box(half_extents)", self.half_extents, (3,), "three half edges (hx, hy, hz) in m")
+    def __init__(self, half_extents: Sequence[float]) -> None:
+        given = checks.finite_array("Box(half_extents)", half_extents, (3,), "three half edges (hx, hy, hz) in m")
         if not (given > 0.0).all():
             raise ValueError(
                 f"Box(half_extents)={given.tolist()}; allowed are positive lengths in m. Give half of each edge."
@@ -34,8 +34,7 @@ class Box(Shape):
 
     @property
     def size(self) -> tuple[float, float, float]:
-        x, y, z = self.half_extents
-        return (x, y, z)
+        return self.half_extents
 
     @property
     def bounding_radius(self) -> float:

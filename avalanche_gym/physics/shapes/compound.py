@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import mass_properties
 from . import checks
@@ -25,7 +26,7 @@ def _quaternion_product(a: Any, b: Any) -> Any:
     return np.array([w, x, y, z])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Compound(Shape):
     """Shapes fixed to one another; compounds may hold compounds, but neither planes nor height fields.
 
@@ -34,15 +35,15 @@ class Compound(Shape):
             the frame of the compound.
     """
 
-    members: Sequence[Part]
+    members: tuple[Part, ...]
 
     code: ClassVar[int] = -1
 
-    def __post_init__(self) -> None:
-        if isinstance(self.members, Shape) or not np.iterable(self.members):
-            raise TypeError(f"Compound(members) is a {type(self.members).__name__}. {_REMEDY}")
+    def __init__(self, members: Sequence[tuple[Shape, ArrayLike, ArrayLike]]) -> None:
+        if isinstance(members, Shape) or not np.iterable(members):
+            raise TypeError(f"Compound(members) is a {type(members).__name__}. {_REMEDY}")
         checked = []
-        for index, member in enumerate(self.members):
+        for index, member in enumerate(members):
             name = f"Compound(members)[{index}]"
             if not isinstance(member, (tuple, list)) or len(member) != 3 or not isinstance(member[0], Shape):
                 raise TypeError(f"{name}={member!r} is not a (shape, position, orientation). {_REMEDY}")
@@ -52,8 +53,8 @@ class Compound(Shape):
                     f"{name} is a {type(shape).__name__}, which has no bounds; allowed are all other shapes. "
                     "Add it as a body of its own."
                 )
-            position = checks.finite_array(f"{name} position", position, (3,), "(x, y, z) in m")
-            checked.append((shape, position, checks.unit_quaternion(f"{name} orientation", orientation)))
+            place = checks.finite_array(f"{name} position", position, (3,), "(x, y, z) in m")
+            checked.append((shape, place, checks.unit_quaternion(f"{name} orientation", orientation)))
         if not checked:
             raise ValueError(f"Compound(members) is empty; allowed is one shape or more. {_REMEDY}")
         object.__setattr__(self, "members", tuple(checked))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from . import checks
 from .shape import Shape
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class ConvexHull(Shape):
     """Convex hull of points, in the frame they were given in.
 
@@ -21,16 +21,17 @@ class ConvexHull(Shape):
         vertices: (n, 3) [m], at least four that do not lie in one plane. Points inside the hull are dropped.
     """
 
-    vertices: ArrayLike  # (n, 3) [m] the corners of the hull, read-only
-    faces: NDArray[np.int64] = field(init=False)  # (m, 3) triangles, counter-clockwise seen from outside, read-only
+    vertices: NDArray[np.float64]  # (n, 3) [m] the corners of the hull, read-only
+    faces: NDArray[np.int64]  # (m, 3) triangles, counter-clockwise seen from outside, read-only
+    half_width: float  # [m] half of its smallest width across a face
 
     code: ClassVar[int] = model.HULL
 
-    def __post_init__(self) -> None:
+    def __init__(self, vertices: ArrayLike) -> None:
         from scipy.spatial import ConvexHull as Hull  # here, since importing SciPy costs more than the engine
         from scipy.spatial import QhullError
 
-        points = checks.finite_array("ConvexHull(vertices)", self.vertices, (None, 3), "points of shape (n, 3) in m")
+        points = checks.finite_array("ConvexHull(vertices)", vertices, (None, 3), "points of shape (n, 3) in m")
         if len(points) < 4:
             raise ValueError(f"ConvexHull(vertices) has {len(points)} points; a solid needs at least 4. Add points.")
         try:
@@ -50,7 +51,7 @@ class ConvexHull(Shape):
         corners.flags.writeable = faces.flags.writeable = False
         object.__setattr__(self, "vertices", corners)
         object.__setattr__(self, "faces", faces)
-        object.__setattr__(self, "_half_width", 0.5 * smallest_width(corners, hull.equations[:, :3]))
+        object.__setattr__(self, "half_width", 0.5 * smallest_width(corners, hull.equations[:, :3]))
 
     @property
     def size(self) -> tuple[float, float, float]:
@@ -63,10 +64,10 @@ class ConvexHull(Shape):
     @property
     def smallest_half_extent(self) -> float:
         """Half of the smallest width across a face of the hull."""
-        return self._half_width  # type: ignore[attr-defined,no-any-return]
+        return self.half_width
 
     def mass_properties(self) -> mass_properties.MassProperties:
-        return mass_properties.of_mesh(self.vertices, self.faces)  # type: ignore[arg-type]
+        return mass_properties.of_mesh(self.vertices, self.faces)
 
 
 def smallest_width(points: NDArray[np.float64], directions: NDArray[np.float64]) -> float:

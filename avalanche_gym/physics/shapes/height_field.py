@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .. import mass_properties, model
 from . import checks
@@ -28,7 +28,7 @@ class HeightField(Shape):
             surface through the samples whose slope is continuous.
     """
 
-    heights: ArrayLike  # (rows, columns) [m], read-only
+    heights: NDArray[np.float64]  # (rows, columns) [m], read-only
     extent: tuple[float, float]  # [m] along x, along y
     surface: str
 

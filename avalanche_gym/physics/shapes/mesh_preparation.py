@@ -4,8 +4,10 @@
 2. *Drop* degenerate faces (no height) and duplicates.
 3. *Split* faces at T-junctions, where a vertex lies on the edge of another face: then every edge has both its faces.
 4. *Orient* faces that disagree with the rest of their piece.
-5. *Adjacency*: across an edge of two faces the other one; where more faces meet, the one across the free space between them.
-6. *What sticks out*: edges that are neither flat nor concave, vertices with three or more of them; each is owned by one face.
+5. *Adjacency*: across an edge of two faces the other one; where more faces meet, the one across the free space
+   between them.
+6. *What sticks out*: edges that are neither flat nor concave, vertices with three or more of them; each is owned by
+   one face.
 
 Faces that lie in one plane across flat edges share one normal, so a needle among them is no bump.
 """
@@ -47,9 +49,7 @@ class PreparedMesh:
     repairs: dict[str, int] = field(default_factory=dict)  # what was done, by name
 
 
-def prepare_mesh(
-    vertices: ArrayLike, faces: ArrayLike, *, two_sided: bool = False, name: str = "mesh"
-) -> PreparedMesh:
+def prepare_mesh(vertices: ArrayLike, faces: ArrayLike, *, two_sided: bool = False, name: str = "mesh") -> PreparedMesh:
     """Prepare a mesh for contact.
 
     Args:
@@ -59,7 +59,8 @@ def prepare_mesh(
         name: of the body, for errors.
 
     Raises:
-        ValueError: nothing is left of the mesh, it can't be oriented, or it is closed and inside out; the text gives counts.
+        ValueError: nothing is left of the mesh, it can't be oriented, or it is closed and inside out; the text gives
+        counts.
     """
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
@@ -89,8 +90,8 @@ def prepare_mesh(
         a, b, c = (points[triangles[:, k]] - points[triangles[0, 0]] for k in range(3))
         if float(np.einsum("ij,ij->", a, np.cross(b, c))) < 0.0:
             raise ValueError(
-                f"{name}: the closed mesh of {len(triangles)} faces is inside out: they run clockwise seen from outside. "
-                "Reverse them (faces[:, ::-1]); for a hollow room give two_sided=True."
+                f"{name}: the closed mesh of {len(triangles)} faces is inside out: they run clockwise seen from "
+                "outside. Reverse them (faces[:, ::-1]); for a hollow room give two_sided=True."
             )
     return _tables(points, triangles, neighbours, closed, two_sided, repairs)
 
@@ -220,8 +221,8 @@ def _two_face_edges(triangles: Ints) -> tuple[Ints, Ints, Ints]:
 def _orient(points: Floats, triangles: Ints, name: str) -> tuple[Ints, int]:
     """Turn faces round that disagree with the larger part, by area, of their piece.
 
-    A piece is a component of the graph of faces joined by edges of two faces. In its double cover, with a node for each face
-    as it is and one for it turned round, a piece that can be oriented falls into two components.
+    A piece is a component of the graph of faces joined by edges of two faces. In its double cover, with a node for
+    each face as it is and one for it turned round, a piece that can be oriented falls into two components.
     """
     one, other, alike = _two_face_edges(triangles)
     if (alike > 0).all():
@@ -236,8 +237,8 @@ def _orient(points: Floats, triangles: Ints, name: str) -> tuple[Ints, int]:
     stuck = label[:m] == label[m:]
     if stuck.any():
         raise ValueError(
-            f"{name}: {int(stuck.sum())} of {m} faces lie on a surface with one side only (a Moebius strip), or faces are "
-            "missing or crossed so that no inside can be told. Repair the mesh, or give two_sided=True after cutting it."
+            f"{name}: {int(stuck.sum())} of {m} faces lie on a surface with one side only, like a Moebius strip, so no "
+            "free side can be told. Repair the mesh, or cut the strip."
         )
     area = np.linalg.norm(_normals(points, triangles), axis=1)
     as_is = np.bincount(label[:m], weights=area, minlength=count)
@@ -268,8 +269,9 @@ def _adjacency(points: Floats, triangles: Ints) -> Ints:
 def _pair_around_edge(points: Floats, triangles: Ints, halves: Ints, sign: Ints) -> list[tuple[int, int]]:
     """Faces that bound the same free wedge at an edge of three or more faces.
 
-    Seen along the edge from its smaller index, the free side of a face that runs along is counter-clockwise of it, that of a face
-    that runs against is clockwise. So a free wedge begins at one that runs along and ends at the next one, which runs against.
+    Seen along the edge from its smaller index, the free side of a face that runs along is counter-clockwise of it,
+    that of a face that runs against is clockwise. So a free wedge begins at one that runs along and ends at the next
+    one, which runs against.
     """
     first = triangles[halves // 3, halves % 3]
     second = triangles[halves // 3, (halves % 3 + 1) % 3]
@@ -315,7 +317,7 @@ def _tables(
     round_off = FLAT_ROUND_OFF * float(np.abs(points).max()) / _altitudes(points, triangles)
     slack = FLAT_ANGLE + round_off[f] + round_off[g]
     # The sine of the bend: positive where the neighbour falls away from the plane of the face.
-    bend = np.einsum("ij,ij->i", m1, normals[g])
+    bend = -np.einsum("ij,ij->i", m1, normals[g])
     flat = (np.abs(bend) <= slack) & (np.einsum("ij,ij->i", normals[f], normals[g]) > 0.0)
     graph = coo_array((np.ones(int(flat.sum())), (f[flat], g[flat])), shape=(m, m))
     count, group = connected_components(graph, directed=False)

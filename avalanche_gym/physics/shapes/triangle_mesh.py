@@ -15,7 +15,7 @@ from . import checks
 from .shape import Shape
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class TriangleMesh(Shape):
     """Triangles in the frame their vertices were given in; concave meshes welcome.
 
@@ -25,35 +25,34 @@ class TriangleMesh(Shape):
         two_sided: an open sheet that acts on both sides.
     """
 
-    vertices: ArrayLike  # (n, 3) [m], read-only
-    faces: ArrayLike  # (m, 3) int64, read-only
-    two_sided: bool = False
+    vertices: NDArray[np.float64]  # (n, 3) [m], read-only
+    faces: NDArray[np.int64]  # (m, 3), read-only
+    two_sided: bool
 
     code: ClassVar[int] = model.MESH
 
-    def __post_init__(self) -> None:
-        vertices = checks.finite_array(
-            "TriangleMesh(vertices)", self.vertices, (None, 3), "points of shape (n, 3) in m"
-        )
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike, two_sided: bool = False) -> None:
+        points = checks.finite_array("TriangleMesh(vertices)", vertices, (None, 3), "points of shape (n, 3) in m")
         try:
-            given = np.array(self.faces)
-            faces = given.astype(np.int64, casting="same_kind", order="C")
+            triangles: NDArray[np.int64] = np.array(faces).astype(np.int64, casting="same_kind", order="C")
         except (TypeError, ValueError):
             raise TypeError(
                 "TriangleMesh(faces) must be integers; give indices of shape (m, 3) into vertices."
             ) from None
-        if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
-            raise ValueError(f"TriangleMesh(faces) has shape {faces.shape}; give at least one triangle, shape (m, 3).")
-        if faces.min() < 0 or faces.max() >= len(vertices):
-            row = int(np.argwhere((faces < 0) | (faces >= len(vertices)))[0, 0])
+        if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0:
             raise ValueError(
-                f"TriangleMesh(faces)[{row}]={faces[row].tolist()}; indices must lie in 0 ... {len(vertices) - 1}, "
-                f"for there are {len(vertices)} vertices. Count from zero."
+                f"TriangleMesh(faces) has shape {triangles.shape}; give at least one triangle, shape (m, 3)."
             )
-        faces.flags.writeable = False
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", faces)
-        object.__setattr__(self, "two_sided", bool(self.two_sided))
+        if triangles.min() < 0 or triangles.max() >= len(points):
+            row = int(np.argwhere((triangles < 0) | (triangles >= len(points)))[0, 0])
+            raise ValueError(
+                f"TriangleMesh(faces)[{row}]={triangles[row].tolist()}; indices must lie in 0 ... {len(points) - 1}, "
+                f"for there are {len(points)} vertices. Count from zero."
+            )
+        triangles.flags.writeable = False
+        object.__setattr__(self, "vertices", points)
+        object.__setattr__(self, "faces", triangles)
+        object.__setattr__(self, "two_sided", bool(two_sided))
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], scale: float = 1.0, two_sided: bool = False) -> TriangleMesh:
@@ -82,7 +81,7 @@ class TriangleMesh(Shape):
 
         Every directed edge must occur once, and its reverse once; vertices at exactly the same point count as one.
         """
-        _, merged = np.unique(self.vertices, axis=0, return_inverse=True)  # type: ignore[call-overload]
+        _, merged = np.unique(self.vertices, axis=0, return_inverse=True)
         faces: NDArray[np.int64] = merged.reshape(-1)[self.faces]
         start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
         count = int(faces.max()) + 1
@@ -96,7 +95,7 @@ class TriangleMesh(Shape):
 
     @property
     def bounding_radius(self) -> float:
-        used = self.vertices[np.unique(self.faces)]  # type: ignore[index,call-overload]
+        used = self.vertices[np.unique(self.faces)]
         return float(np.linalg.norm(used, axis=1).max())
 
     @cached_property
@@ -105,7 +104,7 @@ class TriangleMesh(Shape):
 
         A flat sheet has no thickness; half of its smallest width within the sheet serves as scale.
         """
-        points = self.vertices[np.unique(self.faces)]  # type: ignore[index,call-overload]
+        points = self.vertices[np.unique(self.faces)]
         points = points - points.mean(axis=0)
         axes = np.linalg.svd(points, full_matrices=False)[2]
         widths = np.ptp(points @ axes.T, axis=0)
@@ -117,4 +116,4 @@ class TriangleMesh(Shape):
                 "TriangleMesh is open (an edge lacks its neighbour, or faces turn both ways), so it has no volume. "
                 'Close it (trimesh.repair.fill_holes, fix_normals), use ConvexHull(vertices), or give motion="static".'
             )
-        return mass_properties.of_mesh(self.vertices, self.faces)  # type: ignore[arg-type]
+        return mass_properties.of_mesh(self.vertices, self.faces)

@@ -1,0 +1,122 @@
+"""The moving shape as terrain sees it: a core of corners and edges with a radius, in the terrain's frame.
+
+Sphere, capsule and box are the points within ``radius`` of a box whose half extents are zero along all axes (sphere),
+two (capsule) or none (box, radius 0).
+
+All kernels of a pair of shape and terrain share the caller's (256, 8) scratch table and find what they need there, so a
+call passes two or three arguments instead of twenty:
+
+    rows        content
+    0 ...       candidates of contacts (terrain_candidates.py)
+    64 ...      features of the terrain (terrain_features.py)
+    144         center (3) [m], half extents (3) [m], radius [m], margin [m]
+    145, 146    axes: the rotation of the core, row by row (9); its size [m]
+    147         lower bounds (3), upper bounds (3) [m], with radius and margin
+    148 ...     eight corners: position (3) [m], feature number
+    156 ...     what a kind of terrain needs for itself
+"""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..maths import mat3, vec3
+from ..model import CAPSULE, SPHERE
+
+FIRST_FEATURE_ROW = 64
+END_FEATURE_ROW = 144
+CENTER_ROW = 144
+AXES_ROW = 145
+BOUNDS_ROW = 147
+CORNER_ROW = 148
+FIRST_FREE_ROW = 156
+END_FREE_ROW = 256
+
+
+@kernel
+def get(scratch, row, column):
+    """Three neighbouring entries."""
+    return (scratch[row, column], scratch[row, column + 1], scratch[row, column + 2])
+
+
+@kernel
+def put(scratch, row, column, a):
+    """Write three neighbouring entries."""
+    scratch[row, column] = a[0]
+    scratch[row, column + 1] = a[1]
+    scratch[row, column + 2] = a[2]
+
+
+@kernel
+def axis_of(scratch, axis):
+    """Axis 0, 1 or 2 of the core."""
+    second = 3 + axis
+    third = 6 + axis
+    return (
+        scratch[AXES_ROW, axis],
+        scratch[AXES_ROW + (second >> 3), second & 7],
+        scratch[AXES_ROW + (third >> 3), third & 7],
+    )
+
+
+@kernel
+def margin_of(scratch):
+    """[m]"""
+    return scratch[CENTER_ROW, 7]
+
+
+@kernel
+def radius_of(scratch):
+    """[m]"""
+    return scratch[CENTER_ROW, 6]
+
+
+@kernel
+def scale_of(scratch):
+    """[m] size of the shape: the unit of its tolerances."""
+    return scratch[AXES_ROW + 1, 1]
+
+
+@kernel
+def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch):
+    """Describe a shape in the scratch table; return its number of corners.
+
+    Args:
+        shape: its code.
+        position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
+        position_b, rotation_b: place of the terrain.
+        margin: [m].
+        scratch: (256, 8).
+    """
+    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
+    axes = mat3.multiply(mat3.transpose(rotation_b), rotation_a)
+    half = size_a
+    radius = 0.0
+    if shape == SPHERE:
+        half = vec3.ZERO
+        radius = size_a[0]
+    elif shape == CAPSULE:
+        half = (0.0, 0.0, size_a[1])
+        radius = size_a[0]
+    put(scratch, CENTER_ROW, 0, center)
+    put(scratch, CENTER_ROW, 3, half)
+    scratch[CENTER_ROW, 6] = radius
+    scratch[CENTER_ROW, 7] = margin
+    for k in range(9):
+        scratch[AXES_ROW + (k >> 3), k & 7] = axes[k]
+    scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
+    for k in range(3):
+        reach = radius + margin
+        for j in range(3):
+            reach += abs(axes[3 * k + j]) * half[j]
+        scratch[BOUNDS_ROW, k] = center[k] - reach
+        scratch[BOUNDS_ROW, 3 + k] = center[k] + reach
+    num_corners = 0
+    for corner in range(8):
+        # Along an axis without extent there is one side only.
+        if (half[0] > 0.0 or corner & 1 == 0) and (half[1] > 0.0 or corner & 2 == 0) and (half[2] > 0.0 or corner < 4):
+            signs = (2.0 * (corner & 1) - 1.0, (corner & 2) - 1.0, 0.5 * (corner & 4) - 1.0)
+            row = CORNER_ROW + num_corners
+            put(scratch, row, 0, vec3.add(center, mat3.apply(axes, vec3.multiply(signs, half))))
+            scratch[row, 3] = corner
+            num_corners += 1
+    return num_corners
