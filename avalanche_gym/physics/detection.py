@@ -47,10 +47,11 @@ def first_non_finite(header, workspace, world):
     for index in range(header.num_bodies):
         if bodies[index].motion != REMOVED:
             # One sum is enough: it is finite only if every term is, up to overflow, which is no state to go on from.
-            total = 0.0
+            velocity = vec3.load(moving[index].velocity)
+            spin = vec3.load(moving[index].angular_velocity)
+            total = vec3.norm_squared(velocity) + vec3.norm_squared(spin)
             for axis in range(3):
-                total += abs(flown[index].center[axis]) + abs(moving[index].velocity[axis])
-                total += abs(moving[index].angular_velocity[axis]) + abs(flown[index].orientation[axis + 1])
+                total += abs(flown[index].center[axis]) + abs(flown[index].orientation[axis + 1])
             if not math.isfinite(total):
                 return index
     return -1

@@ -47,11 +47,19 @@ def adopt_body(header, world, index, body, state):
 
 @kernel
 def kick(body, state, impulse, turn):
-    """Change velocities by an impulse [N s] at the centre of mass and an angular impulse [N m s], world frame."""
-    vec3.store(state.velocity, vec3.add_scaled(vec3.load(state.velocity), body.inverse_mass, impulse))
+    """Change velocities by an impulse [N s] at the centre of mass and an angular impulse [N m s], world frame.
+
+    Returns False, and changes nothing, if the body would be too fast for its kinetic energy to be a number.
+    """
+    velocity = vec3.add_scaled(vec3.load(state.velocity), body.inverse_mass, impulse)
     q = quat.load(state.orientation)
     change = quat.rotate(q, vec3.multiply(vec3.load(body.inverse_inertia), quat.rotate_inverse(q, turn)))
-    vec3.store(state.angular_velocity, vec3.add(vec3.load(state.angular_velocity), change))
+    spin = vec3.add(vec3.load(state.angular_velocity), change)
+    if not math.isfinite(vec3.norm_squared(velocity) + vec3.norm_squared(spin)):
+        return False
+    vec3.store(state.velocity, velocity)
+    vec3.store(state.angular_velocity, spin)
+    return True
 
 
 @entry_point
@@ -102,5 +110,11 @@ def apply_impulses(address, world_mask, index, impulses, points, hold):
             vec3.store(state.force, vec3.add(vec3.load(state.force), impulse))
             vec3.store(state.torque, vec3.add(vec3.load(state.torque), turn))
         else:
-            kick(body, state, impulse, turn)
-            publish_body(header, world, index, body, state)
+            if kick(body, state, impulse, turn):
+                publish_body(header, world, index, body, state)
+            else:
+                # Left to the next step, which refuses it and says so: until then the state stays a good one.
+                waiting = vectors_of(header.impulses, header, world, 6)[index]
+                for axis in range(3):
+                    waiting[axis] += impulse[axis]
+                    waiting[3 + axis] += turn[axis]

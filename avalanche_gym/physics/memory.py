@@ -103,7 +103,6 @@ WORKSPACE_TABLES = {
 
 WORKSPACE = np.dtype(
     [
-        ("needed", np.int64),  # what a full table would have needed
         *((name, np.int64) for name in WORKSPACE_TABLES),
         *((f"{name}_size", np.int64) for name in WORKSPACE_TABLES),
     ],

@@ -192,7 +192,7 @@ REPORT = np.dtype(  # (worlds,): worst value or sum over the last call
         ("energy_end", np.float64),  # [J]
         ("steps", np.int64),  # done in this call
         ("status", np.int64),
-        ("body", np.int64),  # that the status speaks of
+        ("detail", np.int64),  # with the status: the body that is not finite, or the entries that a full table needs
     ],
     align=True,
 )

@@ -18,7 +18,7 @@ from .model import CONTACTS_FULL, NON_FINITE, OK, PAIRS_FULL, SOLVER_FULL
 
 @kernel
 def step_world(address, workspace_address, world):
-    """Advance one world by one step; return its status and, if that is NON_FINITE, the body concerned.
+    """Advance one world by one step; return its status and what REPORT.detail says to it.
 
     flight        every body flies to the end of the step as if nothing touched (exact)
     broad phase   pairs of bodies whose swept bounds meet
@@ -34,12 +34,10 @@ def step_world(address, workspace_address, world):
     if header.collisions == 1:
         num_pairs = call_stage(header.find_pairs, address, workspace_address, world)
         if 2 * num_pairs > workspace.pairs_size:
-            workspace.needed = num_pairs
-            return PAIRS_FULL, -1
+            return PAIRS_FULL, num_pairs
         count = call_stage(header.find_contacts, address, workspace_address, world, num_pairs)
         if count > workspace.contacts_size:
-            workspace.needed = count
-            return CONTACTS_FULL, -1
+            return CONTACTS_FULL, count
     if count > 0:
         count = call_stage(header.solve_contacts, address, workspace_address, world, count)
         if count < 0:
@@ -53,17 +51,19 @@ def step_world(address, workspace_address, world):
 
 @kernel
 def begin_call(header, world):
-    """Apply the impulses that wait for this call, and open its report."""
+    """Apply the impulses that wait for this call, and open its report; return the body that one of them breaks, or -1."""
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     impulses = vectors_of(header.impulses, header, world, 6)
+    broken = -1
     for index in range(header.num_bodies):
         row = impulses[index]
         waiting = False
         for axis in range(6):
             waiting = waiting or row[axis] != 0.0
         if waiting:
-            kick(bodies[index], states[index], (row[0], row[1], row[2]), (row[3], row[4], row[5]))
+            if not kick(bodies[index], states[index], (row[0], row[1], row[2]), (row[3], row[4], row[5])):
+                broken = index
             for axis in range(6):
                 row[axis] = 0.0
     report = report_of(header, world)
@@ -76,6 +76,7 @@ def begin_call(header, world):
     report.event_limit = 0
     report.steps = 0
     report.energy_start = kinetic_energy_of(bodies, states) + potential_energy_of(bodies, states, fields_of(header))
+    return broken
 
 
 @kernel
@@ -95,20 +96,23 @@ def advance(address, workspace_address, first, last, begin):
     """Run the steps that remain in worlds first <= world < last; return how many worlds could not finish.
 
     ``begin`` is 1 for a new call of World.step, 0 to go on with one after tables have grown. A world that cannot finish
-    keeps its remaining steps; its report holds status and body.
+    keeps its remaining steps; its report holds status and detail.
     """
     header = header_at(address)
     stopped = 0
     for world in range(first, last):
         remaining = world_entry(header.remaining, world)
         report = report_of(header, world)
-        if begin == 1:
-            begin_call(header, world)
         report.status = OK
+        if begin == 1:
+            broken = begin_call(header, world)
+            if broken >= 0:
+                report.status = NON_FINITE
+                report.detail = broken
         while remaining[0] > 0 and report.status == OK:
-            status, body = step_world(address, workspace_address, world)
+            status, detail = step_world(address, workspace_address, world)
             report.status = status
-            report.body = body
+            report.detail = detail
             if status == OK:
                 remaining[0] -= 1
                 report.steps += 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,16 @@ class StepReport:
     """Most contacts in any step."""
     steps: NDArray[np.int64]
     """Steps completed."""
+
+
+def describe_steps(rows: NDArray[Any]) -> StepReport:
+    """The report that the kernels left in a table (worlds,) of model.REPORT."""
+    same = ("residual", "iterations", "events", "event_limit", "penetration", "contacts", "steps")
+    return StepReport(
+        tier=np.array(METHODS)[rows["method"]],
+        energy_change=rows["energy_end"] - rows["energy_start"],
+        **{name: rows[name].copy() for name in same},
+    )
 
 
 @dataclass(frozen=True)

@@ -29,38 +29,41 @@ def select_body(world: World, call: str, body: Any, moving: str | None = None) -
     return int(body)
 
 
+def select_world(world: World, call: str, which: Any) -> int:
+    """The number of one world."""
+    if isinstance(which, bool) or not isinstance(which, (int, np.integer)):
+        raise TypeError(f"{call}(world={which!r}): give one int.")
+    return int(np.flatnonzero(select_worlds(world, call, which))[0])
+
+
 def select_worlds(world: World, call: str, which: Any) -> NDArray[np.bool_]:
     """Boolean mask (worlds,) of an int, slice, boolean mask, or ``None`` for all."""
     count = world.num_worlds
     if which is None:
         return np.ones(count, np.bool_)
     mask = np.zeros(count, np.bool_)
-    if isinstance(which, slice):
-        mask[which] = True
-        return mask
-    if isinstance(which, (int, np.integer)) and not isinstance(which, bool):
-        if not -count <= which < count:
-            raise IndexError(f"{call}(world={which}): there are worlds 0 to {count - 1}.")
-        mask[which] = True
-        return mask
-    given = np.asarray(which)
-    if given.dtype != np.bool_ or given.shape != (count,):
-        raise TypeError(
-            f"{call}(world={which!r}): give an int, a slice, a boolean mask of shape ({count},), or None for all worlds."
-        )
-    mask[:] = given
+    if isinstance(which, (int, np.integer)) and not isinstance(which, bool) and not -count <= which < count:
+        raise IndexError(f"{call}(world={which}): there are worlds 0 to {count - 1}.")
+    if not isinstance(which, (int, np.integer, slice)) or isinstance(which, bool):
+        which = np.asarray(which)
+        if which.dtype != np.bool_ or which.shape != (count,):
+            raise TypeError(
+                f"{call}(world={which.tolist()!r}): give an int, a slice, a boolean mask of shape ({count},), or None for "
+                "all worlds."
+            )
+    mask[which] = True
     return mask
 
 
 def spread(name: str, value: ArrayLike, mask: NDArray[np.bool_], width: int) -> NDArray[np.float64]:
-    """One row for all selected worlds, one each, or one for every world of the mask, as (worlds, width); checked finite."""
+    """One row for all selected worlds, or one each, as (worlds, width); checked finite."""
     chosen = int(mask.sum())
     allowed = f"shape ({width},) or ({chosen}, {width})"
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise TypeError(f"{name}={value!r} is not numeric; give {allowed}.") from None
-    if array.shape not in ((width,), (chosen, width)):
+    if array.shape not in ((width,), (1, width), (chosen, width)):
         raise ValueError(f"{name} has shape {array.shape}; give {allowed}.")
     if not np.isfinite(array).all():
         raise ValueError(f"{name}={array.tolist()!r} holds values that are not finite; give {allowed} of finite numbers.")

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from .construction import Tables
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
 from .jit import Stage
-from .model import CONTACT, DYNAMIC, NUM_SHAPES, REPORT, SHAPE_NAMES
+from .model import (
+    CONTACT,
+    CONTACTS_FULL,
+    DYNAMIC,
+    NUM_SHAPES,
+    PAIRS_FULL,
+    REPORT,
+    SHAPE_NAMES,
+    SOLVER_FULL,
+)
 from .options import Options
 from . import detection, response
 from .narrow_phase.pair_query import PAIR_QUERY
@@ -58,6 +67,7 @@ class Storage:
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
         self.header = np.zeros(1, HEADER)
+        self._write_constants()
         threads = min(options.threads, num_worlds)
         self.workspaces = [np.zeros(1, WORKSPACE) for _ in range(threads)]
         self._scratch: list[dict[str, NDArray[Any]]] = [{} for _ in range(threads)]
@@ -73,20 +83,13 @@ class Storage:
     def address(self) -> int:
         return int(self.header.ctypes.data)
 
-    def link(self) -> None:
-        """Write sizes and addresses into the header; call it whenever a table was replaced."""
+    def _write_constants(self) -> None:
+        """What never changes: sizes of the scene, options, and the addresses of the stages that it needs."""
         header, arrays, options = self.header[0], self.arrays, self.options
-        bodies = arrays["bodies"]
-        heights = arrays["heights"]
-        header["num_worlds"], header["num_bodies"] = bodies.shape
+        bodies = arrays["bodies"][0]
+        header["num_worlds"], header["num_bodies"] = arrays["bodies"].shape
         header["num_materials"] = int(bodies["material"].max(initial=0)) + 1
-        header["height_worlds"], header["num_heights"] = heights.shape
-        header["contact_capacity"] = arrays["contacts"].shape[1]
-        motion = bodies["motion"][0]
-        solid = bodies["num_colliders"][0] > 0
-        header["collisions"] = bool((motion == DYNAMIC).any() and (solid & (motion >= 0)).sum() > 1)
-        header["moving_heights"] = bool(arrays["height_rates"].any())
-        header["restitution"] = bool(bodies["restitution"].any() or (arrays["pair_rules"]["restitution"] > 0.0).any())
+        header["collisions"] = bool((bodies["motion"] == DYNAMIC).any() and (bodies["num_colliders"] > 0).sum() > 1)
         header["time_step"] = options.time_step
         header["tolerance"] = options.tolerance
         header["max_iterations"] = options.max_iterations
@@ -98,19 +101,37 @@ class Storage:
             header["find_contacts"] = detection.find_contacts.address
             header["solve_contacts"] = response.solve_contacts.address
             arrays["pair_functions"] = self._pair_functions()
+
+    def link(self) -> None:
+        """Write sizes and addresses into the header; call it whenever a table was replaced."""
+        header, arrays = self.header[0], self.arrays
+        header["height_worlds"], header["num_heights"] = arrays["heights"].shape
+        header["contact_capacity"] = arrays["contacts"].shape[1]
         for name in (*MODEL_TABLES, *WORLD_TABLES):
             header[name] = arrays[name].ctypes.data
         for name in MODEL_TABLES:
             header[f"{name}_size"] = arrays[name].size
+        self.note_features()
+
+    def note_features(self) -> None:
+        """Write what the parameters ask for into the header; call it whenever one was changed."""
+        header, arrays = self.header[0], self.arrays
+        bounces = arrays["bodies"]["restitution"].any() or (arrays["pair_rules"]["restitution"] > 0.0).any()
+        header["restitution"] = bool(bounces)
+        header["moving_heights"] = self.moving_heights = bool(arrays["height_rates"].any())
 
     def _pair_functions(self) -> NDArray[np.int64]:
         """Addresses of the functions of the pairs of shapes that can meet in this scene; these alone are compiled."""
         colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
+        owners: dict[int, set[int]] = {}
+        for shape, body in zip(colliders["shape"].tolist(), colliders["body"].tolist(), strict=True):
+            owners.setdefault(shape, set()).add(body)
+        dynamic = set(np.flatnonzero(motion == DYNAMIC).tolist())
         addresses = np.zeros((NUM_SHAPES, NUM_SHAPES), np.int64)
-        kinds = {(int(row["shape"]), int(row["body"]), motion[row["body"]] == DYNAMIC) for row in colliders}
-        for (shape_a, body_a, dynamic_a), (shape_b, body_b, dynamic_b) in itertools.product(kinds, kinds):
-            pair = (shape_a, shape_b)
-            if shape_a <= shape_b and body_a != body_b and (dynamic_a or dynamic_b) and not addresses[pair]:
+        for pair in itertools.combinations_with_replacement(sorted(owners), 2):
+            a, b = (owners[shape] for shape in pair)
+            # Two different bodies, at least one of them dynamic.
+            if any(one & dynamic and other and len((one & dynamic) | other) > 1 for one, other in ((a, b), (b, a))):
                 addresses[pair] = self._pair_stage(pair).address
         return addresses.reshape(-1)
 
@@ -153,22 +174,49 @@ class Storage:
             record[name] = scratch[name].ctypes.data
             record[f"{name}_size"] = scratch[name].size
 
-    def grow_contacts(self, needed: int) -> None:
-        """Room for ``needed`` contacts a world and half as many again; what is there is kept."""
+    def make_room(self) -> None:
+        """Enlarge what the last run found too small, as its reports say."""
+        status, detail = self.arrays["reports"]["status"], self.arrays["reports"]["detail"]
+        pairs = int(detail[status == PAIRS_FULL].max(initial=0))
+        if pairs:
+            for number in range(len(self.workspaces)):
+                self.size_workspace(number, pairs=2 * pairs, blocks=0, integers=0)
+        if (status == SOLVER_FULL).any():
+            self._grow_solver()
+        contacts = int(detail[status == CONTACTS_FULL].max(initial=0))
+        if contacts and self.options.max_contacts is None:
+            self.resize_contacts(max(contacts + contacts // 2, 2 * self.arrays["contacts"].shape[1]))
+
+    def save(self) -> dict[str, NDArray[Any]]:
+        """Copies of every table that decides the future."""
+        return {name: self.arrays[name].copy() for name in STATE_TABLES}
+
+    def load(self, saved: dict[str, NDArray[Any]]) -> None:
+        """Back to what ``save`` returned."""
+        if saved["contacts"].shape[1] > self.arrays["contacts"].shape[1]:
+            self.resize_contacts(saved["contacts"].shape[1])
+        for name, array in saved.items():
+            own = self.arrays[name]
+            if name == "contacts":
+                own[:, : array.shape[1]] = array  # there may be room for more by now
+            elif own.shape == array.shape:
+                own[...] = array
+            else:
+                self.arrays[name] = array.copy()  # heights: shared by the worlds, or not
+        self.bound_heights()
+        self.link()
+
+    def resize_contacts(self, capacity: int) -> None:
+        """Room for ``capacity`` contacts a world; those that are there stay."""
         old = self.arrays["contacts"]
-        capacity = self.options.max_contacts or max(needed + needed // 2, 2 * old.shape[1])
         grown = np.zeros((self.num_worlds, capacity), CONTACT)
         grown[:, : old.shape[1]] = old
         self.arrays["contacts"] = grown
-        self.fit_workspaces()
-
-    def fit_workspaces(self) -> None:
-        """Scratch for the contacts that the tables now hold, and a header that knows them."""
         for number in range(len(self.workspaces)):
             self.size_workspace(number, pairs=0, blocks=0, integers=0)
         self.link()
 
-    def grow_solver(self) -> None:
+    def _grow_solver(self) -> None:
         """Room for the factorisation that did not fit; the solver left the sizes it wants in its index."""
         for number, scratch in enumerate(self._scratch):
             blocks, integers = (int(size) for size in scratch["solver_index"][:2])
@@ -180,3 +228,12 @@ class Storage:
             if self.arrays[name].shape[0] != self.num_worlds:
                 self.arrays[name] = np.repeat(self.arrays[name], self.num_worlds, axis=0)
         self.link()
+
+    def bound_heights(self, num_steps: int = 0) -> None:
+        """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps."""
+        time = num_steps * self.options.time_step
+        for row in self.arrays["height_fields"]:
+            samples = slice(int(row["first"]), int(row["first"] + row["rows"] * row["columns"]))
+            heights, rates = (self.arrays[name][:, samples] for name in ("heights", "height_rates"))
+            row["lowest"] = heights.min() + min(time * rates.min(), 0.0)
+            row["highest"] = heights.max() + max(time * rates.max(), 0.0)

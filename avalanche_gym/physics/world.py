@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,20 +11,20 @@ from numpy.typing import ArrayLike, NDArray
 from . import frames, parameters
 from .construction import build_tables
 from .diagnostics import measure
-from .errors import PhysicsError
 from .features import describe_features
-from .model import CONTACTS_FULL, DYNAMIC, NON_FINITE, PAIRS_FULL, SOLVER_FULL, STATIC
+from .model import STATIC
 from .options import Options
-from .pipeline import advance
-from .report import METHODS, Features, StepReport
+from .report import Features, StepReport, describe_steps
 from .scene import Body, Scene
-from .selection import select_body, select_worlds, spread
+from .selection import select_body, select_world, select_worlds, spread
 from .shapes import HeightField, checks
-from .storage import STATE_TABLES, Storage
+from .stepping import Stepper
+from .storage import Storage
 
 WorldIndex = int | slice | NDArray[np.bool_] | None
 
-CONTACT_FIELDS = ("body_a", "body_b", "position", "normal", "gap", "impulse")
+PUBLIC_ARRAYS = ("position", "orientation", "linear_velocity", "angular_velocity")
+
 CONTACT_DTYPE = np.dtype(
     [
         ("body_a", np.int64),
@@ -37,13 +37,13 @@ CONTACT_DTYPE = np.dtype(
 )
 
 
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """Every bit that decides the future of one World; made by ``World.snapshot``."""
 
-    def __init__(self, owner: World, bodies: list[Body | None], arrays: dict[str, NDArray[Any]]) -> None:
-        self.owner = owner
-        self.bodies = bodies
-        self.arrays = arrays
+    owner: World
+    bodies: list[Body | None]
+    arrays: dict[str, NDArray[Any]]
 
 
 class World:
@@ -72,37 +72,27 @@ class World:
             raise ValueError(f"World(num_worlds={num_worlds!r}): give a whole number of at least 1.")
         if options is not None and not isinstance(options, Options):
             raise TypeError(f"World(options={options!r}): give Options(...), or None for the default.")
-        self.scene = scene.copy()
         self.options = options or Options()
-        self._build(int(num_worlds))
-        self._adopt_initial()
+        self._build(scene.copy(), int(num_worlds))
 
     # --- Building ------------------------------------------------------------------------------------------------------
 
-    def _build(self, num_worlds: int) -> None:
-        """Tables of the scene as it is now, all bodies at their initial state."""
-        tables = build_tables(self.scene)
+    def _build(self, scene: Scene, num_worlds: int) -> None:
+        """Adopt a scene, all bodies at their initial state; a scene that cannot be built changes nothing."""
+        tables = build_tables(scene)
+        storage = Storage(tables, num_worlds, self.options)
+        frames.adopt(storage.address, np.ones(num_worlds, np.bool_), -1)
+        self.scene = scene
         self._height_field_rows = tables.height_fields
-        self._storage = Storage(tables, num_worlds, self.options)
-        self._initial = {name: array.copy() for name, array in self._storage.arrays.items() if name in STATE_TABLES}
-        self._refresh()
-
-    def _adopt_initial(self) -> None:
-        frames.adopt(self._storage.address, self._everywhere, -1)
-        self._initial["states"] = self._storage.arrays["states"].copy()
-
-    def _refresh(self) -> None:
-        """Views and addresses after tables were replaced."""
-        arrays = self._storage.arrays
-        self._address = self._storage.address
-        self._workspace_addresses = [int(workspace.ctypes.data) for workspace in self._storage.workspaces]
-        self._everywhere = np.ones(self._storage.num_worlds, np.bool_)
-        self._remaining = arrays["remaining"]
+        self._storage = storage
+        self._stepper = Stepper(storage)
+        arrays = storage.arrays
+        self._initial = {name: arrays[name].copy() for name in ("states", "heights", *PUBLIC_ARRAYS)}
+        self._address = storage.address
         self.impulse_buffer: NDArray[np.float64] = arrays["impulses"]
-        self.position = _read_only(arrays["position"])
-        self.orientation = _read_only(arrays["orientation"])
-        self.linear_velocity = _read_only(arrays["linear_velocity"])
-        self.angular_velocity = _read_only(arrays["angular_velocity"])
+        self.position, self.orientation, self.linear_velocity, self.angular_velocity = (
+            _read_only(arrays[name]) for name in PUBLIC_ARRAYS
+        )
 
     @property
     def num_worlds(self) -> int:
@@ -127,66 +117,9 @@ class World:
             PhysicsError: a state became non-finite. The other worlds finish; the bad ones stand at their last good step.
             RuntimeError: a world has more contacts than ``Options.max_contacts``; it stands at its last completed step.
         """
-        if num_steps < 1:
+        if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
             raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
-        self._remaining[:] = num_steps
-        if self._advance(1):
-            self._finish(int(num_steps))
-
-    def _advance(self, begin: int) -> int:
-        """Run the kernel over all worlds; return how many stopped early."""
-        addresses = self._workspace_addresses
-        if len(addresses) == 1:
-            return int(advance(self._address, addresses[0], 0, self._storage.num_worlds, begin))
-        bounds = np.linspace(0, self.num_worlds, len(addresses) + 1).astype(int).tolist()
-        with ThreadPoolExecutor(len(addresses)) as pool:
-            parts = [
-                pool.submit(advance, self._address, address, first, last, begin)
-                for address, first, last in zip(addresses, bounds[:-1], bounds[1:], strict=True)
-            ]
-            return sum(part.result() for part in parts)
-
-    def _finish(self, num_steps: int) -> None:
-        """Grow what was full and go on until every world has finished or failed."""
-        failures: list[tuple[int, str, int, str]] = []
-        crowded: dict[int, int] = {}
-        while True:
-            reports = self._storage.arrays["reports"]
-            for world in np.flatnonzero(reports["status"]):
-                report = reports[world]
-                if report["status"] == NON_FINITE:
-                    body = self.scene.bodies[report["body"]]
-                    name = repr(body.name) if body else str(report["body"])
-                    failures.append((int(world), name, int(report["steps"]), "its state is not finite"))
-                    self._remaining[world] = 0
-            needed = [int(workspace[0]["needed"]) for workspace in self._storage.workspaces]
-            status = reports["status"]
-            if (status == PAIRS_FULL).any():
-                for number in range(len(needed)):
-                    self._storage.size_workspace(number, pairs=2 * max(needed), blocks=0, integers=0)
-            if (status == SOLVER_FULL).any():
-                self._storage.grow_solver()
-            if (status == CONTACTS_FULL).any():
-                if self.options.max_contacts is None:
-                    self._storage.grow_contacts(max(needed))
-                else:
-                    for world in np.flatnonzero(status == CONTACTS_FULL):
-                        crowded[int(world)] = max(needed)
-                        self._remaining[world] = 0
-            self._refresh()
-            if not self._remaining.any():
-                break
-            self._advance(0)
-            if not self._storage.arrays["reports"]["status"].any():
-                break
-        if crowded:
-            world, count = next(iter(crowded.items()))
-            raise RuntimeError(
-                f"World {world}: {count} contacts exceed Options(max_contacts={self.options.max_contacts}); raise it, or "
-                "leave None to let it grow. This world stands at its last completed step."
-            )
-        if failures:
-            raise PhysicsError(failures)
+        self._stepper.run(int(num_steps), self.scene.bodies)
 
     # --- Acting on bodies ----------------------------------------------------------------------------------------------
 
@@ -194,6 +127,8 @@ class World:
         self, body: int, impulse: ArrayLike, point: ArrayLike | None = None, world: WorldIndex = None
     ) -> None:
         """Change the velocity of a dynamic body at once.
+
+        An impulse that no velocity can answer (its square would not be finite) waits for the next ``step``, which refuses it.
 
         Args:
             body: handle.
@@ -283,8 +218,7 @@ class World:
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
-        parameters.set_parameters(self._storage.arrays["bodies"], self.scene.bodies[index], index, mask, values)
-        self._storage.link()
+        parameters.set_parameters(self._storage, self.scene.bodies[index], index, mask, values)
 
     def set_heights(
         self,
@@ -301,7 +235,8 @@ class World:
             heights: (rows, columns) or (selected worlds, rows, columns) [m]; ``None`` keeps them.
             height_rates: the same [m/s]; heights advance by them, and contacts feel them as the velocity of the ground,
                 until set again. ``None`` means at rest.
-            world: as in apply_impulse. Choosing some of the worlds gives each its own copy.
+            world: as in apply_impulse. Worlds share the samples of terrain that is the same in all and at rest; otherwise
+                each gets its own copy.
         """
         index = select_body(self, "set_heights", body)
         mask = select_worlds(self, "set_heights", world)
@@ -313,10 +248,7 @@ class World:
                 f"set_heights(height_rates): {description.name!r} is {description.motion}; moving ground needs "
                 'motion="kinematic".'
             )
-        parameters.set_heights(
-            self._storage, self._height_field_rows[index], mask, heights, height_rates, world is None
-        )
-        self._refresh()
+        parameters.set_heights(self._storage, self._height_field_rows[index], mask, heights, height_rates)
 
     # --- Bodies that come and go ---------------------------------------------------------------------------------------
 
@@ -326,16 +258,18 @@ class World:
         Other handles stay valid; the state arrays may be new objects, one longer, unless a removed slot was free.
         """
         self._single("add_body")
-        handle = self.scene.add_body(*args, **kwargs)
-        self._rebuild(new=handle)
+        scene = self.scene.copy()
+        handle = scene.add_body(*args, **kwargs)
+        self._rebuild(scene, handle)
         return handle
 
     def remove_body(self, body: int) -> None:
         """Take a body out; its slot reads NaN until ``add_body`` uses it again. Needs ``num_worlds=1``."""
         self._single("remove_body")
         index = select_body(self, "remove_body", body)
-        self.scene.bodies[index] = None
-        self._rebuild(new=index)
+        scene = self.scene.copy()
+        scene.bodies[index] = None
+        self._rebuild(scene, index)
 
     def _single(self, call: str) -> None:
         if self.num_worlds != 1:
@@ -344,42 +278,34 @@ class World:
                 "scene first, and place what is not needed yet far away."
             )
 
-    def _rebuild(self, new: int) -> None:
-        """New tables for the changed scene; every body but ``new`` keeps its state, and its contacts."""
+    def _rebuild(self, scene: Scene, changed: int) -> None:
+        """New tables for a scene in which one body is another; all other bodies keep their state and their contacts."""
         old = self._storage
-        kept = [index for index in range(min(old.num_bodies, len(self.scene.bodies))) if index != new]
-        self._build(1)
-        self._adopt_initial()
-        arrays = self._storage.arrays
-        for name in ("bodies", "states", "position", "orientation", "linear_velocity", "angular_velocity", "impulses"):
-            if name != "bodies":
-                arrays[name][:, kept] = old.arrays[name][:, kept]
-        parameters.carry_parameters(old.arrays["bodies"], arrays["bodies"], kept)
-        parameters.carry_contacts(old, self._storage, new)
+        self._build(scene, 1)
+        kept = [index for index in range(old.num_bodies) if index != changed]
+        for name in ("states", "impulses", *PUBLIC_ARRAYS):
+            self._storage.arrays[name][:, kept] = old.arrays[name][:, kept]
+        self._storage.arrays["reports"][:] = old.arrays["reports"]
+        parameters.carry_parameters(old.arrays["bodies"], self._storage.arrays["bodies"], kept)
+        parameters.carry_contacts(old, self._storage, changed)
         parameters.carry_heights(old, self._storage, kept)
-        self._refresh()
+        self._storage.link()
 
     # --- State as a whole ----------------------------------------------------------------------------------------------
 
     def reset(self, world: WorldIndex = None) -> None:
-        """Put the selected worlds back to the initial state of the scene; parameters set since then stay."""
+        """Put the selected worlds back to the initial state of the scene, heights included; parameters stay as set."""
         mask = select_worlds(self, "reset", world)
         arrays = self._storage.arrays
-        for name in ("states", "position", "orientation", "linear_velocity", "angular_velocity"):
+        for name in ("states", *PUBLIC_ARRAYS):
             arrays[name][mask] = self._initial[name][mask]
         arrays["impulses"][mask] = 0.0
         arrays["num_contacts"][mask] = 0
-        if arrays["heights"].shape[0] == self.num_worlds:
-            arrays["heights"][mask] = self._initial["heights"][0]
-            arrays["height_rates"][mask] = 0.0
-        else:
-            arrays["heights"][:] = self._initial["heights"]
-            arrays["height_rates"][:] = 0.0
+        parameters.reset_heights(self._storage, mask, self._initial["heights"])
 
     def snapshot(self) -> Snapshot:
         """Every bit that decides the future, warm starts and parameters included; restore it any number of times."""
-        arrays = {name: self._storage.arrays[name].copy() for name in STATE_TABLES}
-        return Snapshot(self, list(self.scene.bodies), arrays)
+        return Snapshot(self, list(self.scene.bodies), self._storage.save())
 
     def restore(self, snapshot: Snapshot) -> None:
         """Back to a snapshot of this world."""
@@ -388,16 +314,10 @@ class World:
         if snapshot.owner is not self:
             raise ValueError("restore: this snapshot was made by another World; restore it there.")
         if snapshot.bodies != self.scene.bodies:
-            self.scene.bodies = list(snapshot.bodies)
-            self._build(self.num_worlds)
-            self._adopt_initial()
-        for name, array in snapshot.arrays.items():
-            if self._storage.arrays[name].shape == array.shape:
-                self._storage.arrays[name][...] = array
-            else:
-                self._storage.arrays[name] = array.copy()
-        self._storage.fit_workspaces()
-        self._refresh()
+            scene = self.scene.copy()
+            scene.bodies = list(snapshot.bodies)
+            self._build(scene, self.num_worlds)
+        self._storage.load(snapshot.arrays)
 
     # --- Reading -------------------------------------------------------------------------------------------------------
 
@@ -424,34 +344,19 @@ class World:
 
     def contacts(self, world: int = 0) -> NDArray[Any]:
         """The contacts of the last step of one world, as records of CONTACT_DTYPE."""
-        mask = select_worlds(self, "contacts", world)
-        number = int(np.flatnonzero(mask)[0])
+        number = select_world(self, "contacts", world)
         rows = self._storage.arrays["contacts"][number, : self._storage.arrays["num_contacts"][number]]
         found = np.empty(len(rows), CONTACT_DTYPE)
-        for name in CONTACT_FIELDS:
+        for name in CONTACT_DTYPE.names or ():
             found[name] = rows[name]
         return found
 
     def report(self) -> StepReport:
         """What the last call of ``step`` did; see StepReport."""
-        rows = self._storage.arrays["reports"]
-        return StepReport(
-            residual=rows["residual"].copy(),
-            iterations=rows["iterations"].copy(),
-            tier=np.array(METHODS)[rows["method"]],
-            events=rows["events"].copy(),
-            event_limit=rows["event_limit"].copy(),
-            penetration=rows["penetration"].copy(),
-            energy_change=rows["energy_end"] - rows["energy_start"],
-            contacts=rows["contacts"].copy(),
-            steps=rows["steps"].copy(),
-        )
+        return describe_steps(self._storage.arrays["reports"])
 
 
 def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-__all__ = ["CONTACT_DTYPE", "DYNAMIC", "Snapshot", "World"]

@@ -19,7 +19,7 @@ Color = str | Sequence[float]
 PALETTE = ("#e8743b", "#3f8fd2", "#f2c14e", "#7d5ba6", "#4fb286", "#d1495b", "#2e6f95", "#f49fbc", "#a4c957", "#8c6a4f")
 
 AGENT = "#ff8a1f"
-GOAL = "#35d07f"
+GOAL = "#16d6f2"
 DANGER = "#e5484d"
 STATIC = "#b9b4a7"  # ground without a colour of its own
 

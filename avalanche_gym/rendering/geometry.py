@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """A mesh to be drawn; compared by identity, and shared between all bodies of the same form.
@@ -132,9 +133,7 @@ def rotation_matrix(orientation: ArrayLike) -> NDArray[np.float64]:
     )
 
 
-def _corner_normals(
-    points: NDArray[np.float64], triangles: NDArray[np.int64], crease: float
-) -> NDArray[np.float64]:
+def _corner_normals(points: NDArray[np.float64], triangles: NDArray[np.int64], crease: float) -> NDArray[np.float64]:
     """(3 m, 3) the normal at each corner of each face; faces without area take part with no weight."""
     corners = points[triangles]  # (m, 3, 3)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

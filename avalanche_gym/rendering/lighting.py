@@ -46,15 +46,15 @@ class Lighting:
     haze: distance at which half of a colour has faded into the horizon, in sizes of the scene; infinite for none.
     """
 
-    sun: tuple[float, float, float] = (0.45, -0.55, 0.8)
+    sun: tuple[float, float, float] = (-0.62, -0.28, 0.73)
     sun_color: Color = "#fff1dc"
-    sun_strength: float = 0.82
-    above: Color = "#c6dcf5"
-    below: Color = "#b7a58c"
-    ambient_strength: float = 0.46
-    zenith: Color = "#4a86c8"
-    horizon: Color = "#d8e4ec"
-    nadir: Color = "#b4b3aa"
+    sun_strength: float = 0.92
+    above: Color = "#c2d8f2"
+    below: Color = "#b39d84"
+    ambient_strength: float = 0.44
+    zenith: Color = "#5b97d6"
+    horizon: Color = "#dde8ef"
+    nadir: Color = "#a9b8c4"
     glow: float = 0.35
     stars: float = 0.0
     haze: float = 16.0

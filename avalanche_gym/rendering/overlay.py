@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..physics.jit import entry_point
 from ..physics.maths import vec3
-from .color import Color, linear_color
+from .color import GOAL, Color, linear_color
 from .geometry import Geometry
+from .primitives import band, beam
 
 # Relative amount by which a line is drawn closer than it is, so that one that lies on a surface is seen.
 LINE_LIFT = 4e-3
@@ -102,9 +103,38 @@ class Marker:
     geometry: Geometry
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    color: Color = "#35d07f"
+    color: Color = GOAL
     opacity: float = 0.4
-    lit: bool = field(default=False)
+    lit: bool = False
+
+
+def goal_markers(
+    position: tuple[float, float, float] | NDArray[np.float64],
+    radius: float,
+    height: float | None = None,
+    color: Color = GOAL,
+    up: tuple[float, float, float] | NDArray[np.float64] = (0.0, 0.0, 1.0),
+) -> list[Marker]:
+    """A goal region: a ring on the ground and a tube of light above it that is seen from afar.
+
+    Args:
+        position: (3,) [m] its middle, on the ground.
+        radius: [m].
+        height: [m] where the light has faded away; None for three radii.
+        color: of both.
+        up: (3,) on a planet, the direction away from its centre.
+    """
+    tall = 3.0 * radius if height is None else height
+    axis = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
+    # The shortest turn from z to ``up``; from z to -z, half a turn about x.
+    turn = np.array([1.0 + axis[2], -axis[1], axis[0], 0.0])
+    turn = turn / np.linalg.norm(turn) if axis[2] > -1.0 else np.array([0.0, 1.0, 0.0, 0.0])
+    place = tuple(float(value) for value in position)
+    way = tuple(float(value) for value in turn)
+    return [
+        Marker(beam(radius, -0.7 * radius, tall), place, way, color, 0.75),  # type: ignore[arg-type]
+        Marker(band(radius, -0.7 * radius, 0.12 * radius), place, way, color, 0.9),  # type: ignore[arg-type]
+    ]
 
 
 def stroke_arrays(overlay: Lines | Points, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

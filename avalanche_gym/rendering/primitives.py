@@ -88,35 +88,73 @@ def tile(half_extent: float, square: float) -> Geometry:
     return Geometry(vertices, faces, up, cells=(square, square, math.inf), contrast=TILE_CONTRAST, unbounded=True)
 
 
-def height_field(heights: ArrayLike, extent: tuple[float, float], cell: float | None = None) -> Geometry:
-    """A terrain with smooth normals and faint squares.
+def height_field(
+    heights: ArrayLike, extent: tuple[float, float], cell: float | None = None, skirt: float | None = None
+) -> Geometry:
+    """A terrain with smooth normals, faint squares and vertical sides.
 
     Args:
         heights: (rows, columns) [m], rows along y, columns along x.
         extent: [m] along x, along y; centred.
         cell: [m] side of the squares painted on it; None for a round length near a twentieth of its longer side.
+        skirt: [m] by which the sides reach below the lowest point; None for a share of its size; 0 for a sheet that is
+            seen from below too.
     """
     z = np.asarray(heights, dtype=np.float64)
     rows, columns = z.shape
-    x = np.linspace(-0.5 * extent[0], 0.5 * extent[0], columns)
-    y = np.linspace(-0.5 * extent[1], 0.5 * extent[1], rows)
-    vertices = np.stack([*np.meshgrid(x, y), z], axis=2).reshape(-1, 3)
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
     # The diagonal of a cell joins (row, column) and (row + 1, column + 1), as that of the collider does.
     faces = np.stack([a, b, c, a, c, d], axis=2).reshape(-1, 3)
+    vertices, normals = grid_surface(z, extent)
+    deep = 0.04 * max(extent) if skirt is None else skirt
+    if deep > 0.0:
+        side_vertices, side_normals = grid_sides(z, extent, float(z.min()) - deep)
+        half = len(side_vertices) // 2
+        # The border is walked counter-clockwise; each corner occurs twice, for the two sides that meet there.
+        lengths = np.array([columns, rows, columns, rows])
+        joined = np.delete(np.arange(half), np.cumsum(lengths) - 1) + len(vertices)
+        low, high = joined + half, joined
+        sides = np.stack([low, low + 1, high + 1, low, high + 1, high], axis=1).reshape(-1, 3)
+        faces = np.concatenate([faces, sides])
+        vertices, normals = np.concatenate([vertices, side_vertices]), np.concatenate([normals, side_normals])
     size = round_length(max(extent) / 20.0) if cell is None else cell
-    normals = grid_normals(z, extent)
-    cells = (size, size, math.inf)
-    return Geometry(vertices, faces, normals, cells=cells, contrast=GROUND_CONTRAST, grid=(rows, columns))
+    return Geometry(
+        vertices,
+        faces,
+        normals,
+        two_sided=deep <= 0.0,
+        cells=(size, size, math.inf),
+        contrast=GROUND_CONTRAST,
+        grid=(rows, columns),
+    )
 
 
-def grid_normals(heights: NDArray[np.float64], extent: tuple[float, float]) -> NDArray[np.float64]:
-    """(rows * columns, 3) unit normals of a height field, from central differences."""
+def grid_surface(
+    heights: NDArray[np.float64], extent: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Vertices (rows * columns, 3) [m] and unit normals of a height field, these from central differences."""
     rows, columns = heights.shape
+    x = np.linspace(-0.5 * extent[0], 0.5 * extent[0], columns)
+    y = np.linspace(-0.5 * extent[1], 0.5 * extent[1], rows)
+    vertices = np.stack([*np.meshgrid(x, y), heights], axis=2).reshape(-1, 3)
     slope_y, slope_x = np.gradient(heights, extent[1] / (rows - 1), extent[0] / (columns - 1))
     normals = np.stack([-slope_x, -slope_y, np.ones_like(heights)], axis=2).reshape(-1, 3)
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return vertices, normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def grid_sides(
+    heights: NDArray[np.float64], extent: tuple[float, float], bottom: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Vertices (n, 3) [m] of the four sides of a height field, the upper ones first, and their unit normals."""
+    rows, columns = heights.shape
+    points = grid_surface(heights, extent)[0].reshape(rows, columns, 3)
+    border = [points[0], points[:, -1], points[-1, ::-1], points[::-1, 0]]
+    outwards = np.array([(0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)])
+    upper = np.concatenate(border)
+    lower = upper * (1.0, 1.0, 0.0) + (0.0, 0.0, bottom)
+    normals = np.repeat(outwards, [columns, rows, columns, rows], axis=0)
+    return np.concatenate([upper, lower]), np.concatenate([normals, normals])
 
 
 def round_length(length: float) -> float:
@@ -141,20 +179,20 @@ def ring(radius: float, width: float) -> Geometry:
 
 @lru_cache(maxsize=64)
 def beam(radius: float, bottom: float, top: float) -> Geometry:
-    """An upright tube of light that fades towards its top: a goal that is seen from afar and on any ground.
-
-    Args:
-        radius: [m].
-        bottom: [m] height where it begins; below the ground to meet uneven terrain.
-        top: [m] height where it has faded away.
-    """
+    """An upright tube of light that fades towards its top, from heights ``bottom`` < 0 to ``top`` > 0 [m]."""
     heights = np.array([bottom, 0.0, *np.linspace(0.0, top, 9)[1:]])
-    profile = np.stack([np.full_like(heights, radius), heights], axis=1)
-    fade = np.clip(1.0 - heights / top, 0.0, 1.0) ** 1.5
-    tube = _revolved(profile, np.tile((1.0, 0.0), (len(heights), 1)))
+    tube = band(radius, bottom, top, tuple(heights.tolist()))
     colors = np.ones((len(tube.vertices), 4))
-    colors[:, 3] = np.repeat(fade, SEGMENTS)
-    return tube.with_options(colors=colors, two_sided=True)
+    colors[:, 3] = np.clip(1.0 - tube.vertices[:, 2] / top, 0.0, 1.0)
+    return tube.with_options(colors=colors)
+
+
+@lru_cache(maxsize=64)
+def band(radius: float, bottom: float, top: float, heights: tuple[float, ...] = ()) -> Geometry:
+    """An open upright tube between two heights [m], seen from both sides; ``heights`` [m] of its rings of vertices."""
+    levels = np.array(heights or (bottom, top))
+    profile = np.stack([np.full_like(levels, radius), levels], axis=1)
+    return _revolved(profile, np.tile((1.0, 0.0), (len(levels), 1))).with_options(two_sided=True)
 
 
 def _with_sectors(geometry: Geometry) -> Geometry:

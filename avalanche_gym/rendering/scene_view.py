@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .color import Color, linear_color
 from .geometry import Geometry
-from .primitives import grid_normals, round_length, tile
+from .primitives import grid_sides, grid_surface, round_length, tile
 from .visibility import INSTANCE, VERTEX
 
 # A tile that stands for a plane reaches this many sizes of the scene: beyond, it has faded into the haze.
@@ -179,13 +179,17 @@ class SceneView:
             what = "is not a height field" if grid is None else f"has heights of shape {grid}"
             raise ValueError(f"set_heights({index}) got shape {z.shape}, but that visual {what}; give the same shape.")
         instance = self.instances[index]
-        rows = slice(int(instance["first_vertex"]), int(instance["first_vertex"] + instance["num_vertices"]))
-        points = self.vertices["position"][rows]
-        extent = np.ptp(points[:, :2], axis=0)
-        points[:, 2] = z.reshape(-1)
-        self.vertices["normal"][rows] = grid_normals(z, (float(extent[0]), float(extent[1])))
-        instance["center"][2] = 0.5 * (z.min() + z.max())
-        instance["radius"] = 0.5 * np.linalg.norm([*extent, np.ptp(z)])
+        first, number = int(instance["first_vertex"]), int(instance["num_vertices"])
+        vertices = self.vertices[first : first + number]
+        extent = (float(np.ptp(vertices["position"][:, 0])), float(np.ptp(vertices["position"][:, 1])))
+        points, normals = grid_surface(z, extent)
+        vertices["position"][: z.size], vertices["normal"][: z.size] = points, normals
+        if number > z.size:
+            bottom = min(float(vertices["position"][-1, 2]), float(z.min()))
+            vertices["position"][z.size :] = grid_sides(z, extent, bottom)[0]
+        low, high = vertices["position"][:, 2].min(), vertices["position"][:, 2].max()
+        instance["center"][2] = 0.5 * (low + high)
+        instance["radius"] = 0.5 * np.linalg.norm([*extent, high - low])
         self.version += int(self.static[index])
 
     def drawn(self) -> NDArray[np.int64]:

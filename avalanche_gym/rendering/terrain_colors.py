@@ -26,7 +26,7 @@ class TerrainPalette:
 
     ramp: tuple[str, ...]
     steep: str
-    slopes: tuple[float, float] = (0.55, 0.85)
+    slopes: tuple[float, float] = (0.5, 0.8)
     grain: float = 0.06
 
 
@@ -67,7 +67,11 @@ def terrain_colors(heights: ArrayLike, steepness: ArrayLike, palette: TerrainPal
 
 def as_terrain(geometry: Geometry, palette: TerrainPalette = MEADOW) -> Geometry:
     """A height field coloured as ground, z being up."""
-    colors = terrain_colors(geometry.vertices[:, 2], geometry.normals[:, 2], palette)
+    rows, columns = geometry.grid or (len(geometry.vertices), 1)
+    colors = np.ones((len(geometry.vertices), 4), dtype=np.float32)
+    top = slice(rows * columns)
+    colors[top] = terrain_colors(geometry.vertices[top, 2], geometry.normals[top, 2], palette)
+    colors[rows * columns :, :3] = linear_color(palette.steep)  # its sides
     return geometry.with_options(colors=colors)
 
 

@@ -29,7 +29,11 @@ PROJECTION = np.dtype(
         ("rows", np.float64, (4, 3)),  # X, Y, W, Q of a point are rows . point + offsets; world frame
         ("offsets", np.float64, 4),
         ("near", np.float64),  # least W that is seen
-        ("planes", np.float64, (5, 3)),  # unit normals of the five sides of the space that is seen, inwards, world frame
+        (
+            "planes",
+            np.float64,
+            (5, 3),
+        ),  # unit normals of the five sides of the space that is seen, inwards, world frame
         ("distances", np.float64, 5),  # [m] a point is inside where planes . point + distances >= 0
     ],
     align=True,
@@ -259,6 +263,4 @@ def draw_instances(instances, order, projections, vertices, faces, projected, tr
         number = order[k]
         instance = instances[number]
         if project(instance, projection, vertices, projected):
-            count = draw_instance(
-                instance, number, projection, faces, projected, triangles, count, depth, ids, box
-            )
+            count = draw_instance(instance, number, projection, faces, projected, triangles, count, depth, ids, box)

@@ -31,10 +31,10 @@ SHORT_SERIES_RANGE = 0.01
 SHORT_TERMS = 5
 # The iteration has order 3: a correction below this share of X leaves an error below 1e-17 of it.
 CONVERGED = 1e-6
+# Where r comes out below this share of its terms it has lost six bits: then the arc is measured from its pericentre.
+CANCELLED = 1.0 / 64.0
 # Newton's kind of steps converge in 2 to 10; bisection alone takes about 60 from any bracket in floats.
 MAX_ITERATIONS = 200
-# At half a period from the start the eccentric anomaly has changed by at most pi + 2 (e = 1).
-LARGEST_ANOMALY = math.pi + 2.0
 
 SERIES_2 = np.array([(-1.0) ** k / math.factorial(2 + 2 * k) for k in range(TERMS)])
 SERIES_3 = np.array([(-1.0) ** k / math.factorial(3 + 2 * k) for k in range(TERMS)])
@@ -65,27 +65,16 @@ def universal_functions(beta, x):
 
 
 @kernel
-def universal_anomaly(r0, eta, zeta, beta, mu, duration):
-    """X >= 0 with r0 X + eta G2 + zeta G3 = duration >= 0, by Laguerre's iteration inside a bracket.
+def universal_anomaly(r0, eta, zeta, beta, duration, guess):
+    """X > 0 with r0 X + eta G2 + zeta G3 = duration > 0, by Laguerre's iteration inside a bracket.
 
-    The left side grows with X (its derivative is the distance r), so a bracket is never lost; not finite input or the very
-    centre give a result that is not finite.
+    The left side grows with X, its derivative being the distance, so the bracket holds; not finite where none is found.
     """
-    # Distance nearly constant over the step, to second order.
-    linear = duration / r0
-    x = linear * (1.0 - 0.5 * eta * linear / r0)
-    high = math.inf
-    size = math.sqrt(abs(beta)) * linear
-    if not (0.5 * linear < x < 1.5 * linear) or size > 1.0:
-        x = linear
-        if beta > 0.0:
-            # The mean rate of the anomaly over a revolution.
-            high = LARGEST_ANOMALY / math.sqrt(beta)
-            x = duration * beta / mu
-        elif size > 1.0:
-            # Free flight past the centre at the distance r0.
-            x = math.asinh(size) / math.sqrt(-beta)
+    if not 0.0 < guess < math.inf:
+        return math.nan
+    x = guess
     low = 0.0
+    high = math.inf
     for _ in range(MAX_ITERATIONS):
         g1, g2, g3 = universal_functions(beta, x)
         error = r0 * x + eta * g2 + zeta * g3 - duration
@@ -93,14 +82,13 @@ def universal_anomaly(r0, eta, zeta, beta, mu, duration):
         # d r / d X = eta G0 + zeta G1
         slope = eta * (1.0 - beta * g2) + zeta * g1
         # Laguerre-Conway with n = 5: order 3, and it converges from almost anywhere.
-        root = math.sqrt(abs(16.0 * r * r - 20.0 * error * slope))
-        change = -5.0 * error / (r + math.copysign(root, r))
+        change = -5.0 * error / (r + math.sqrt(abs(16.0 * r * r - 20.0 * error * slope)))
         if abs(change) <= CONVERGED * x:
             return x + change
         if error < 0.0:
             low = x
         else:
-            # Above, or overflowed.
+            # Beyond, or overflowed.
             high = x
         x += change
         if not low < x < high:
@@ -112,15 +100,57 @@ def universal_anomaly(r0, eta, zeta, beta, mu, duration):
 
 
 @kernel
+def through_pericenter(position, velocity, mu, beta, time_step):
+    """The same as ``advance``, measured from the pericentre: exact where a passage close to the centre would cancel.
+
+    There eta = 0, r = q + k G2(Y) and t = q Y + k G3(Y) with the distance q, k = q v^2 - mu = |v x L - mu x / r| and
+    L = x v: sums of positive terms. With P = (v x L - mu x / r) / k towards the pericentre,
+
+        x = (q - mu G2) P + G1 (L x P),    v = (-mu G1 P + G0 (L x P)) / r.
+    """
+    momentum = vec3.cross(position, velocity)
+    r0 = vec3.norm(position)
+    axis = vec3.normalize(vec3.add_scaled(vec3.cross(velocity, momentum), -mu / r0, position))
+    momentum_squared = vec3.norm_squared(momentum)
+    k = math.sqrt(mu * mu - beta * momentum_squared)
+    q = momentum_squared / (k + mu) if mu > 0.0 else (mu - k) / beta
+    # k G1(Y0) = x.v and k G0(Y0) = mu - beta r0.
+    eta = vec3.dot(position, velocity)
+    root = math.sqrt(abs(beta))
+    if beta > 0.0:
+        y = math.atan2(eta * root, mu - beta * r0) / root
+    elif beta < 0.0:
+        y = math.asinh(eta * root / k) / root
+    else:
+        y = eta / k
+    _, _, g3 = universal_functions(beta, y)
+    time = q * y + k * g3 + time_step
+    if beta > 0.0:
+        period = 2.0 * math.pi * mu / (beta * root)
+        time -= period * math.floor(time / period + 0.5)
+    duration = abs(time)
+    # Each term of the sum, and the exponential, alone would take longer.
+    guess = min(duration / q, (6.0 * duration / k) ** (1.0 / 3.0))
+    if guess * root > 1.0 and beta < 0.0:
+        guess = (1.0 + math.asinh(duration * root * abs(beta) / k)) / root
+    y = math.copysign(universal_anomaly(q, 0.0, k, beta, duration, guess), time) if duration > 0.0 else 0.0
+    g1, g2, _ = universal_functions(beta, y)
+    r = q + k * g2
+    across = vec3.cross(momentum, axis)
+    new_position = vec3.add_scaled(vec3.scale(q - mu * g2, axis), g1, across)
+    new_velocity = vec3.add_scaled(vec3.scale(-mu * g1 / r, axis), (1.0 - beta * g2) / r, across)
+    return new_position, new_velocity
+
+
+@kernel
 def advance(position, velocity, mu, time_step):
     """Position [m] and velocity [m/s] relative to the centre after ``time_step`` [s]; mu [m^3/s^2], a = -mu x / |x|^3.
 
     At the very centre the motion is not defined and the result not finite.
     """
     r0 = vec3.norm(position)
-    speed_squared = vec3.norm_squared(velocity)
     eta = vec3.dot(position, velocity)
-    beta = 2.0 * mu / r0 - speed_squared
+    beta = 2.0 * mu / r0 - vec3.norm_squared(velocity)
     zeta = mu - beta * r0
     h = time_step
     if beta > 0.0:
@@ -128,11 +158,30 @@ def advance(position, velocity, mu, time_step):
         if abs(h) * mean_motion > math.pi:
             period = 2.0 * math.pi / mean_motion
             h -= period * math.floor(h / period + 0.5)
+    if h == 0.0:
+        return position, velocity
     # A step backward is the step forward of the reversed velocity.
     direction = math.copysign(1.0, h)
-    x = direction * universal_anomaly(r0, direction * eta, zeta, beta, mu, abs(h))
+    duration = abs(h)
+    # The distance as it is, or to first order in h where that is a small change.
+    guess = duration / r0
+    change = 0.5 * direction * eta * guess / r0
+    size = math.sqrt(abs(beta)) * guess
+    if abs(change) < 0.5 and size < 1.0:
+        guess *= 1.0 - change
+    elif size < 1.0:
+        pass
+    elif beta > 0.0:
+        # The mean rate over a revolution.
+        guess = duration * beta / mu
+    else:
+        # Straight past the centre.
+        guess *= math.asinh(size) / size
+    x = direction * universal_anomaly(r0, direction * eta, zeta, beta, duration, guess)
     g1, g2, g3 = universal_functions(beta, x)
     r = r0 + eta * g1 + zeta * g2
+    if not r > CANCELLED * (r0 + abs(eta * g1) + abs(zeta * g2)):
+        return through_pericenter(position, velocity, mu, beta, h)
     a = -mu * g2 / r0
     b = h - mu * g3
     new_position = vec3.add(position, vec3.add(vec3.scale(a, position), vec3.scale(b, velocity)))

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import vec3
 from .height_field_grid import cell_index, grid_of, list_features, sample
@@ -22,8 +24,6 @@ from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
     CORNER_ROW,
-    END_FEATURE_ROW,
-    FIRST_FEATURE_ROW,
     get,
     margin_of,
     put_shape,
@@ -33,8 +33,6 @@ from .triangle import REGION_SLACK, closest_point
 
 # A corner below the surface looks for the nearest point of it this many cells around; deeper ones take the face above.
 SEARCH_CELLS = 3.0
-# Most rows that one sample can add to the list of features.
-ROWS_OF_SAMPLE = 17
 
 
 @kernel
@@ -94,39 +92,42 @@ def _surface_point(grid, heights, rows, columns, p):
 
 
 @kernel
-def ball_against_faces(grid, heights, rows, columns, p, part, scratch, count):
-    """Contacts of the faces with a ball (or a corner, radius 0) around p; return the new count of candidates."""
+def corners_against_faces(grid, heights, rows, columns, num_corners, scratch, count):
+    """Contacts of the faces with the corners of the shape, or balls around them; return the new count of candidates."""
     radius = radius_of(scratch)
     reach = radius + margin_of(scratch)
-    base = _surface_point(grid, heights, rows, columns, p)
     slack = REGION_SLACK * (grid[2] + grid[3])
-    first_row, last_row, first_column, last_column = _cells(grid, rows, columns, base, reach)
-    for row in range(first_row, last_row + 1):
-        for column in range(first_column, last_column + 1):
-            corner = row * columns + column
-            a = sample(grid, heights, columns, row, column)
-            x = base[0] - a[0]
-            y = base[1] - a[1]
-            for upper in range(2):
-                slope_x, slope_y = _plane(grid, heights, corner, columns, upper)
-                # Vertical distances from the plane, times cos = 1 / stretch those along its normal.
-                over = base[2] - a[2] - slope_x * x - slope_y * y
-                height = p[2] - a[2] - slope_x * (p[0] - a[0]) - slope_y * (p[1] - a[1])
-                stretch_squared = 1.0 + slope_x * slope_x + slope_y * slope_y
-                if over < -slack or (height > 0.0 and height * height > reach * reach * stretch_squared):
-                    continue
-                along = over / stretch_squared
-                u = (x + along * slope_x) * grid[4]
-                v = (y + along * slope_y) * grid[5]
-                if upper == 1:
-                    u, v = v, u
-                # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
-                if v >= -REGION_SLACK and v <= u + REGION_SLACK and u <= 1.0 + REGION_SLACK:
-                    cosine = 1.0 / math.sqrt(stretch_squared)
-                    n = (-cosine * slope_x, -cosine * slope_y, cosine)
-                    gap = cosine * height - radius
-                    position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-                    count = add_candidate(scratch, count, position, n, gap, part)
+    for number in range(CORNER_ROW, CORNER_ROW + num_corners):
+        p = get(scratch, number, 0)
+        base = _surface_point(grid, heights, rows, columns, p)
+        first_row, last_row, first_column, last_column = _cells(grid, rows, columns, base, reach)
+        for row in range(first_row, last_row + 1):
+            for column in range(first_column, last_column + 1):
+                corner = row * columns + column
+                a = sample(grid, heights, columns, row, column)
+                x = base[0] - a[0]
+                y = base[1] - a[1]
+                for upper in range(2):
+                    slope_x, slope_y = _plane(grid, heights, corner, columns, upper)
+                    # Vertical distances from the plane; times the cosine of its slope they are those along its normal.
+                    over = base[2] - a[2] - slope_x * x - slope_y * y
+                    height = p[2] - a[2] - slope_x * (p[0] - a[0]) - slope_y * (p[1] - a[1])
+                    stretch = 1.0 + slope_x * slope_x + slope_y * slope_y  # 1 / cosine^2
+                    if over < -slack or (height > 0.0 and height * height > reach * reach * stretch):
+                        continue
+                    # Place in the cell of the point below the base, 0 to ``stretch``.
+                    u = (x * stretch + over * slope_x) * grid[4]
+                    v = (y * stretch + over * slope_y) * grid[5]
+                    if upper == 1:
+                        u, v = v, u
+                    # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
+                    tolerance = REGION_SLACK * stretch
+                    if v >= -tolerance and v <= u + tolerance and u <= stretch + tolerance:
+                        cosine = 1.0 / math.sqrt(stretch)
+                        n = (-cosine * slope_x, -cosine * slope_y, cosine)
+                        gap = cosine * height - radius
+                        position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
+                        count = add_candidate(scratch, count, position, n, gap, int(scratch[number, 3]))
     return count
 
 
@@ -172,20 +173,11 @@ def collide_height_field(
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
-    found = 0
-    for corner in range(num_corners):
-        p = get(scratch, CORNER_ROW + corner, 0)
-        part = int(scratch[CORNER_ROW + corner, 3])
-        found = ball_against_faces(grid, heights, rows, columns, p, part, scratch, found)
-    first_row = cell_index(lower[1] - grid[1], grid[5], rows)
-    last_row = cell_index(upper[1] - grid[1], grid[5], rows)
-    first_column = cell_index(lower[0] - grid[0], grid[4], columns)
-    last_column = cell_index(upper[0] - grid[0], grid[4], columns)
-    end = FIRST_FEATURE_ROW
-    for row in range(first_row, last_row + 1):
-        for column in range(first_column, last_column + 1):
-            end = list_features(grid, heights, rows, columns, row, column, scratch, end)
-            if end + ROWS_OF_SAMPLE > END_FEATURE_ROW or (row == last_row and column == last_column):
-                found = collide_features(scratch, end, shape_a, found)
-                end = FIRST_FEATURE_ROW
+    found = corners_against_faces(grid, heights, rows, columns, num_corners, scratch, np.int64(0))
+    item = 0
+    while True:
+        end, item = list_features(grid, heights, rows, columns, scratch, item)
+        found = collide_features(scratch, end, shape_a, found)
+        if item == 0:
+            break
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

@@ -5,9 +5,9 @@ triangles ABC and ACD. Every edge is a diagonal of the parallelogram of its two 
 sticks out exactly if the mean of its ends is above the mean of the two corners opposite to it: a second difference of
 heights. Nothing is precomputed, because heights may move.
 
-``grid`` is (x of column 0, y of row 0, spacing along x, along y [m], their inverses [1/m]); ``heights`` is the
-(rows * columns,) view of one field. At the rim the solid ends in a vertical wall: rim edges and vertices stick out, and
-their cones end at the horizontal.
+``grid`` is (x of column 0, y of row 0, spacing along x, along y [m], their inverses [1/m], the second difference
+below which an edge is flat [m]); ``heights`` is the (rows * columns,) view of one field. At the rim the solid ends in
+a vertical wall: rim edges and vertices stick out, and their cones end at the horizontal.
 """
 
 from __future__ import annotations
@@ -17,13 +17,24 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .terrain_features import put_edge
-from .terrain_shape import BOUNDS_ROW, put
+from .terrain_shape import (
+    BOUNDS_ROW,
+    CENTER_ROW,
+    END_FEATURE_ROW,
+    FIRST_FEATURE_ROW,
+    get,
+    put,
+    reach_squared_of,
+)
 
 # An edge is flat below this angle [rad] between its faces: heights sampled from a plane carry round-off. What is lost
 # is a bend that lets a body sink by this much of a cell.
 FLAT_ANGLE = 1e-10
-# ... or below this many units of round-off of the heights themselves.
+# ... or below a second difference of this many units of round-off of the heights themselves.
 FLAT_ROUND_OFF = 16.0 * 2.220446049250313e-16
+
+# Most rows of the list that one sample and its edges fill.
+ROWS_OF_SAMPLE = 17
 
 
 @kernel
@@ -31,7 +42,8 @@ def grid_of(field):
     """``grid`` of a HEIGHT_FIELD_ROW."""
     dx = field.extent[0] / (field.columns - 1)
     dy = field.extent[1] / (field.rows - 1)
-    return (-0.5 * field.extent[0], -0.5 * field.extent[1], dx, dy, 1.0 / dx, 1.0 / dy)
+    flat = FLAT_ANGLE * min(dx, dy) + FLAT_ROUND_OFF * max(abs(field.lowest), abs(field.highest))
+    return (-0.5 * field.extent[0], -0.5 * field.extent[1], dx, dy, 1.0 / dx, 1.0 / dy, flat)
 
 
 @kernel
@@ -69,29 +81,23 @@ def face_normal(grid, heights, corner, columns, upper):
 
 
 @kernel
-def _is_convex(grid, heights, rows, columns, row, column, rise, shift):
+def _is_convex(heights, rows, columns, row, column, rise, shift, flat):
     """Whether the edge from (row, column) to (row + rise, column + shift) exists and sticks out."""
     if row < 0 or column < 0 or row + rise >= rows or column + shift >= columns:
         return False
+    if (rise == 0 and (row == 0 or row == rows - 1)) or (shift == 0 and (column == 0 or column == columns - 1)):
+        return True
     corner = row * columns + column
-    first = corner + columns + 1
-    second = corner - columns
-    spacing = grid[3]
+    # The corner ahead of the edge and the one behind it.
+    first = corner + 1 + columns * (1 - rise * shift)
     if rise == 0:
-        if row == 0 or row == rows - 1:
-            return True
+        second = corner - columns
     elif shift == 0:
-        if column == 0 or column == columns - 1:
-            return True
         second = corner - 1
-        spacing = grid[2]
     else:
-        first = corner + 1
         second = corner + columns
-        spacing = min(grid[2], grid[3])
-    ends = heights[corner] + heights[corner + rise * columns + shift]
-    others = heights[first] + heights[second]
-    return ends - others > FLAT_ANGLE * spacing + FLAT_ROUND_OFF * (abs(ends) + abs(others))
+    bend = heights[corner] + heights[corner + rise * columns + shift] - heights[first] - heights[second]
+    return bend > flat
 
 
 @kernel
@@ -131,10 +137,11 @@ def list_vertex(grid, heights, rows, columns, row, column, scratch, end):
     """
     rim = row == 0 or column == 0 or row == rows - 1 or column == columns - 1
     convex = 1 if rim else 0
-    for rise in range(2):
-        for shift in range(1 - rise, 2):
-            convex += _is_convex(grid, heights, rows, columns, row, column, rise, shift)
-            convex += _is_convex(grid, heights, rows, columns, row - rise, column - shift, rise, shift)
+    for edge in range(3):
+        rise = 0 if edge == 0 else 1
+        shift = 0 if edge == 1 else 1
+        convex += _is_convex(heights, rows, columns, row, column, rise, shift, grid[6])
+        convex += _is_convex(heights, rows, columns, row - rise, column - shift, rise, shift, grid[6])
     if convex < 3:
         return end
     corner = row * columns + column
@@ -142,18 +149,15 @@ def list_vertex(grid, heights, rows, columns, row, column, scratch, end):
     if rim:
         put(scratch, spoke, 0, (0.0, 0.0, -1.0))
         spoke += 1
-    for side in range(-1, 2, 2):
-        for rise in range(2):
-            for shift in range(1 - rise, 2):
-                i = row + side * rise
-                j = column + side * shift
-                if 0 <= i < rows and 0 <= j < columns:
-                    x = side * shift * grid[2]
-                    y = side * rise * grid[3]
-                    z = heights[i * columns + j] - heights[corner]
-                    s = 1.0 / math.sqrt(x * x + y * y + z * z)
-                    put(scratch, spoke, 0, (s * x, s * y, s * z))
-                    spoke += 1
+    for edge in range(6):
+        # Along x, along y, the diagonal; then the same backwards.
+        side = 1 if edge < 3 else -1
+        rise = 0 if edge % 3 == 0 else side
+        shift = 0 if edge % 3 == 1 else side
+        if 0 <= row + rise < rows and 0 <= column + shift < columns:
+            z = heights[corner + rise * columns + shift] - heights[corner]
+            put(scratch, spoke, 0, (shift * grid[2], rise * grid[3], z))
+            spoke += 1
     scratch[end, 0] = spoke - end - 1
     put(scratch, end, 1, sample(grid, heights, columns, row, column))
     put(scratch, end, 4, (0.0, 0.0, 1.0))
@@ -162,30 +166,55 @@ def list_vertex(grid, heights, rows, columns, row, column, scratch, end):
 
 
 @kernel
-def list_features(grid, heights, rows, columns, row, column, scratch, end):
-    """Append what sticks out of a sample and of the three edges it owns, within the shape's bounds; return the new end.
+def list_features(grid, heights, rows, columns, scratch, item):
+    """List what sticks out within the bounds of the shape, from sample ``item`` of its footprint on.
 
-    Appends at most 17 rows.
+    Returns:
+        End of the list, and the item to go on with; 0 when all are listed.
     """
-    x, y, z = sample(grid, heights, columns, row, column)
-    if x > scratch[BOUNDS_ROW, 3] or y > scratch[BOUNDS_ROW, 4]:
-        return end
-    low = scratch[BOUNDS_ROW, 2]
-    high = scratch[BOUNDS_ROW, 5]
-    in_x = x >= scratch[BOUNDS_ROW, 0]
-    in_y = y >= scratch[BOUNDS_ROW, 1]
-    for edge in range(3):
-        # Along x, along y, the diagonal.
-        rise = 0 if edge == 0 else 1
-        shift = 0 if edge == 1 else 1
-        if (
-            (in_x or x + shift * grid[2] >= scratch[BOUNDS_ROW, 0])
-            and (in_y or y + rise * grid[3] >= scratch[BOUNDS_ROW, 1])
-            and _is_convex(grid, heights, rows, columns, row, column, rise, shift)
-        ):
-            far = heights[(row + rise) * columns + column + shift]
-            if max(z, far) >= low and min(z, far) <= high:
+    lower = get(scratch, BOUNDS_ROW, 0)
+    upper = get(scratch, BOUNDS_ROW, 3)
+    center = get(scratch, CENTER_ROW, 0)
+    reach_squared = reach_squared_of(scratch)
+    # Samples whose edges can reach into the footprint.
+    first_row = cell_index(lower[1] - grid[1], grid[5], rows)
+    last_row = cell_index(upper[1] - grid[1], grid[5], rows)
+    first_column = cell_index(lower[0] - grid[0], grid[4], columns)
+    last_column = cell_index(upper[0] - grid[0], grid[4], columns)
+    width = last_column - first_column + 1
+    row = first_row + item // width
+    column = first_column + item % width
+    end = FIRST_FEATURE_ROW
+    while row <= last_row:
+        if end + ROWS_OF_SAMPLE > END_FEATURE_ROW:
+            return end, item
+        v = sample(grid, heights, columns, row, column)
+        r = vec3.sub(center, v)
+        for edge in range(3):
+            rise = 0 if edge == 0 else 1
+            shift = 0 if edge == 1 else 1
+            if not _is_convex(heights, rows, columns, row, column, rise, shift, grid[6]):
+                continue
+            z = heights[(row + rise) * columns + column + shift] - v[2]
+            if max(v[2], v[2] + z) < lower[2] or min(v[2], v[2] + z) > upper[2]:
+                continue
+            # Distance of the edge from the middle of the shape.
+            e = (shift * grid[2], rise * grid[3], z)
+            length_squared = vec3.norm_squared(e)
+            along = vec3.dot(r, e)
+            distance_squared = vec3.norm_squared(r)
+            if along > 0.0:
+                if along < length_squared:
+                    distance_squared -= along * along / length_squared
+                else:
+                    distance_squared = vec3.norm_squared(vec3.sub(r, e))
+            if distance_squared <= reach_squared:
                 end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
-    if in_x and in_y and low <= z <= high:
-        end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
-    return end
+        if vec3.norm_squared(r) <= reach_squared and lower[2] <= v[2] <= upper[2]:
+            end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
+        item += 1
+        column += 1
+        if column > last_column:
+            column = first_column
+            row += 1
+    return end, 0

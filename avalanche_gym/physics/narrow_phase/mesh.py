@@ -82,8 +82,7 @@ def _list_edge(vertices, faces, face, k, two_sided, center, scratch, end):
 
 @kernel
 def _put_spoke(vertices, other, v, scratch, row):
-    t = vec3.sub(vec3.load(vertices[other].position), v)
-    put(scratch, row, 0, vec3.scale(1.0 / vec3.norm(t), t))
+    put(scratch, row, 0, vec3.sub(vec3.load(vertices[other].position), v))
 
 
 @kernel

@@ -6,8 +6,8 @@ shape. The list lies in the scratch table (terrain_shape.py) from FIRST_FEATURE_
     edge:    (0, start, direction e, length), (m1, m2, -, -), (out, -, -, -, -, -)
     vertex:  (number of spokes, position, out, vertex number), then one row (t, -, -, -, -, -) a spoke
 
-m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges; all are unit vectors,
-``out`` points to the free side. They make the normal cone of triangle.py.
+m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges (e, m1 and m2 are unit
+vectors), ``out`` points to the free side. They make the normal cone of triangle.py.
 
 The normal of every contact is that of a feature of the terrain whose normal cone holds it, exactly; the part of the
 box must be its extreme one against that normal. There a part counts as extreme too if it misses by at most ``TILT``,
@@ -67,7 +67,9 @@ def _in_edge_cone(scratch, row, d):
 def _in_vertex_cone(scratch, row, d, slack):
     inside = vec3.dot(d, get(scratch, row, 4)) > 0.0
     for spoke in range(row + 1, row + 1 + int(scratch[row, 0])):
-        if vec3.dot(d, get(scratch, spoke, 0)) > slack:
+        t = get(scratch, spoke, 0)
+        along = vec3.dot(d, t)
+        if along > 0.0 and along * along > slack * slack * vec3.norm_squared(t):
             inside = False
             break
     return inside

@@ -10,13 +10,16 @@ call passes two or three arguments instead of twenty:
     0 ...       candidates of contacts (terrain_candidates.py)
     64 ...      features of the terrain (terrain_features.py)
     144         center (3) [m], half extents (3) [m], radius [m], margin [m]
-    145, 146    axes: the rotation of the core, row by row (9); its size [m]
+    145, 146    axes: the rotation of the core, row by row (9); its size [m]; the square of its reach from the center
+    [m^2]
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number
     156 ...     what a kind of terrain needs for itself
 """
 
 from __future__ import annotations
+
+import math
 
 from ..jit import kernel
 from ..maths import mat3, vec3
@@ -77,6 +80,12 @@ def scale_of(scratch):
 
 
 @kernel
+def reach_squared_of(scratch):
+    """[m^2] square of the radius about the center within which contacts can lie."""
+    return scratch[AXES_ROW + 1, 2]
+
+
+@kernel
 def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch):
     """Describe a shape in the scratch table; return its number of corners.
 
@@ -104,6 +113,7 @@ def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, mar
     for k in range(9):
         scratch[AXES_ROW + (k >> 3), k & 7] = axes[k]
     scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
+    scratch[AXES_ROW + 1, 2] = (math.sqrt(vec3.norm_squared(half)) + radius + margin) ** 2
     for k in range(3):
         reach = radius + margin
         for j in range(3):

@@ -1,8 +1,8 @@
 """Geometry of one triangle and of its edges.
 
-The *normal cone* of a feature of a surface holds the directions in which that feature is the nearest one: a point
-``p = q + s d`` with small ``s > 0`` has ``q`` as a closest point exactly if ``d . t <= 0`` for every direction ``t``
-that leads from ``q`` along the surface. For a point inside an edge with unit direction ``e`` these are ``+-e`` and the two
+The *normal cone* of a feature of a surface holds the directions in which that feature is the nearest one: a point ``p
+= q + s d`` with small ``s > 0`` has ``q`` as a closest point exactly if ``d . t <= 0`` for every direction ``t`` that
+leads from ``q`` along the surface. For a point inside an edge with unit direction ``e`` these are ``+-e`` and the two
 directions ``m1``, ``m2`` that lead from the edge into its two faces, at right angles to it; for a vertex they are the
 edges that leave it. The cone of a flat edge is a single line and that of a concave one is empty, on the free side:
 nothing can catch on them.

@@ -23,8 +23,6 @@ from .residual import evaluate
 from .response import relative_velocity
 
 # Residuals of accepted steps that a new one is compared with. 1 (monotone) costs 6 % of the hard problems.
-import os
-WATCH=int(os.environ.get('WATCH','0'))
 MEMORY = 5
 # A step counts as accepted if it falls below this part of the largest of them.
 ACCEPT = 0.999
@@ -38,7 +36,7 @@ PATIENCE, SIGNIFICANT = 15, 0.9
 
 
 @kernel
-def newton_step(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, factor, delta, keep):
+def newton_step(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, factor, delta):
     """r <- r + dr; keeps the old r in ``accepted``."""
     symmetric = linearise_rows(rows, nodes, num_contacts, num_bodies, factor, delta)
     assemble(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, symmetric)
@@ -54,8 +52,7 @@ def newton_step(rows, nodes, blocks, index, num_contacts, num_bodies, num_handle
     for i in range(num_contacts):
         row = rows[i]
         impulse = vec3.load(row.impulse)
-        if keep:
-            vec3.store(row.accepted, impulse)
+        vec3.store(row.accepted, impulse)
         step = vec3.sub(vec3.load(row.offset), mat3.apply(load_matrix(row.stiffness), relative_velocity(row, nodes)))
         vec3.store(row.impulse, vec3.add(impulse, step))
 
@@ -113,10 +110,9 @@ def newton(
     present = residual
     spent = 0
     since_best = 0
-    loose = 0
     mark = best
     while spent < budget:
-        newton_step(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, factor, delta, loose == 0)
+        newton_step(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, factor, delta)
         spent += 1
         trial, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
         if trial < best:
@@ -133,13 +129,9 @@ def newton(
             delta = max(shrink * delta, DELTA_MIN_NEAR if trial < SWITCH else DELTA_MIN)
             h0, h1, h2, h3, h4 = trial, h0, h1, h2, h3
             present = trial
-            loose = 0
             if since_best > PATIENCE:
                 break
-        elif loose < WATCH:
-            loose += 1
         else:
-            loose = 0
             if delta >= 1.0:
                 break
             delta = min(GROW * delta, 1.0)
