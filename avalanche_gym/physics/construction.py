@@ -182,7 +182,12 @@ class ShapeTables:
             first += heights.size
         pools = [np.ravel(shape.heights) for shape in self._height_fields]
         heights = np.concatenate(pools) if pools else np.zeros(0)
-        return {"height_fields": rows, "heights": heights, "height_rates": np.zeros_like(heights), **self._mesh_tables()}
+        return {
+            "height_fields": rows,
+            "heights": heights,
+            "height_rates": np.zeros_like(heights),
+            **self._mesh_tables(),
+        }
 
     def _mesh_tables(self) -> dict[str, NDArray[Any]]:
         """Meshes, prepared for contact, one behind the other."""

@@ -16,6 +16,7 @@ from .maths import vec3
 from .memory import bodies_of, colliders_of, fields_of, header_at, states_of, table, workspace_at
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, REMOVED
 from .narrow_phase.collide import collide_bodies
+from .narrow_phase.moving_heights import fastest_rate
 from .narrow_phase.pair_query import query_at
 
 
@@ -100,12 +101,13 @@ def find_contacts(address, workspace_address, world, num_pairs):
     query.scratch = workspace.clipping
     query.scratch_rows = workspace.clipping_size // 8
     rules = table(header.pair_rules, header.pair_rules_size, PAIR_RULE)
+    rise = header.time_step * fastest_rate(header, world) if header.moving_heights == 1 else 0.0
     count = np.int64(0)
     for pair in range(num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(header, bodies, states, flown, a, b)
+        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(header, bodies, states, flown, a, b) + rise
         count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):

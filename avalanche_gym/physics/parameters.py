@@ -7,30 +7,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .mass_properties import check_inertia, check_mass
+from .integrator.flight import flow_class
+from .mass_properties import check_inertia, check_mass, rotation_matrix
 from .model import HEIGHT_FIELD
 from .scene import Body, check_coefficient
 from .storage import Storage
 
 COEFFICIENTS = ("friction", "restitution", "rolling_friction", "torsional_friction")
-IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
-
-def _one_each(name: str, value: ArrayLike, chosen: int, tail: tuple[int, ...] = ()) -> NDArray[np.float64]:
-    """``value`` as an array (chosen, *tail)."""
-    try:
-        array = np.asarray(value, dtype=np.float64)
-        return np.broadcast_to(array, (chosen, *tail))
-    except (TypeError, ValueError):
-        shapes = f"{tail or 'one number'} or one for each of the {chosen} selected worlds"
-        raise ValueError(f"set_parameters({name}) has shape {np.shape(value)}; give {shapes}.") from None
+# Products of inertia below this share of the largest moment are round-off of turning it to the principal axes.
+SAME_AXES = 1e-12
 
 
 def set_parameters(
-    rows: NDArray[Any], body: Body | None, index: int, mask: NDArray[np.bool_], values: dict[str, ArrayLike]
+    storage: Storage, body: Body | None, index: int, mask: NDArray[np.bool_], values: dict[str, ArrayLike]
 ) -> None:
-    """Check all values, then write them into ``rows`` (worlds, bodies) of model.BODY."""
+    """Check all values, then write them into the table of bodies; see World.set_parameters."""
     assert body is not None
+    rows = storage.arrays["bodies"]
     unknown = sorted(set(values) - {"mass", "inertia", *COEFFICIENTS})
     if unknown:
         raise TypeError(f"set_parameters({unknown[0]}=...): allowed are mass, inertia, {', '.join(COEFFICIENTS)}.")
@@ -40,19 +34,15 @@ def set_parameters(
         label = f"Body {body.name!r}: {name}"
         if name in ("mass", "inertia") and body.motion != "dynamic":
             raise ValueError(f"{label} on a {body.motion} body, which has none; leave it out.")
-        checked[name] = _one_each(name, value, chosen, (3,) if name == "inertia" else ())
-        for entry in checked[name]:
+        if name == "inertia":
+            checked[name] = _principal_moments(label, value, chosen, rotation_matrix(rows["principal"][0, index]))
+            continue
+        checked[name] = _one_each(name, value, chosen)
+        for entry in checked[name].tolist():
             if name == "mass":
-                check_mass(label, float(entry))
-            elif name == "inertia":
-                check_inertia(label, entry)
+                check_mass(label, entry)
             else:
-                check_coefficient(label, name, float(entry))
-    if "inertia" in checked and not np.array_equal(rows["principal"][0, index], IDENTITY):
-        raise ValueError(
-            f"Body {body.name!r}: inertia can be set while running only where the body axes are principal axes; "
-            "scale its mass instead, or build another world."
-        )
+                check_coefficient(label, name, entry)
     changed = rows[mask, index]
     if "mass" in checked:
         changed["inertia"] *= (checked["mass"] / changed["mass"])[:, None]
@@ -62,72 +52,114 @@ def set_parameters(
     if "mass" in checked or "inertia" in checked:
         changed["inverse_mass"] = 1.0 / changed["mass"]
         changed["inverse_inertia"] = 1.0 / changed["inertia"]
+        changed["flow"] = [flow_class(moments) for moments in changed["inertia"]]
     for name in COEFFICIENTS:
         if name in checked:
             changed[name] = checked[name]
     rows[mask, index] = changed
+    storage.note_features()
+
+
+def _one_each(name: str, value: ArrayLike, chosen: int) -> NDArray[np.float64]:
+    """``value`` as an array (chosen,)."""
+    try:
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), (chosen,))
+    except (TypeError, ValueError):
+        allowed = f"one number, or one for each of the {chosen} selected worlds"
+        raise ValueError(f"set_parameters({name}) is {value!r}; give {allowed}.") from None
+
+
+def _principal_moments(label: str, value: ArrayLike, chosen: int, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(chosen, 3) moments about the principal axes, of inertias (3,), (3, 3), (chosen, 3) or (chosen, 3, 3).
+
+    ``rotation`` leads from the body's axes to its principal axes, on which the tables of all worlds rest.
+    """
+    given = np.asarray(value, dtype=object)
+    each = (given.shape == (chosen, 3) and given.shape != (3, 3)) or given.shape == (chosen, 3, 3)
+    moments = np.empty((chosen, 3))
+    for row, entry in zip(moments, given if each else [value] * chosen, strict=True):
+        tensor = rotation @ check_inertia(label, entry) @ rotation.T
+        row[:] = np.diagonal(tensor)
+        if np.abs(tensor - np.diag(row)).max() > SAME_AXES * row.max():
+            raise ValueError(
+                f"{label}={np.asarray(entry).tolist()!r} has other principal axes than the body was built with; while "
+                "running the moments about those may change, not the axes. Build another world for other axes."
+            )
+    return moments
 
 
 def set_heights(
-    storage: Storage,
-    row: int,
-    mask: NDArray[np.bool_],
-    heights: ArrayLike | None,
-    height_rates: ArrayLike | None,
-    all_worlds: bool,
+    storage: Storage, row: int, mask: NDArray[np.bool_], heights: ArrayLike | None, height_rates: ArrayLike | None
 ) -> None:
     """Write samples and rates of one height field; see World.set_heights."""
     field = storage.arrays["height_fields"][row]
     shape = (int(field["rows"]), int(field["columns"]))
     chosen = int(mask.sum())
     given: dict[str, NDArray[np.float64]] = {}
-    for name, value in (("heights", heights), ("height_rates", height_rates)):
+    for name, value, unit in (("heights", heights, "m"), ("height_rates", height_rates, "m/s")):
         if value is None:
             continue
-        array = np.asarray(value, dtype=np.float64)
+        label = f"set_heights({name})"
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise TypeError(f"{label} is not numeric; give {shape} or {(chosen, *shape)} [{unit}].") from None
         if array.shape not in (shape, (chosen, *shape)):
-            raise ValueError(f"set_heights({name}) has shape {array.shape}; give {shape} or {(chosen, *shape)} [m].")
+            raise ValueError(f"{label} has shape {array.shape}; give {shape} or {(chosen, *shape)} [{unit}].")
         if not np.isfinite(array).all():
-            raise ValueError(f"set_heights({name}) holds values that are not finite; replace them.")
+            raise ValueError(f"{label} holds values that are not finite; replace them.")
         given[name] = array.reshape(-1, shape[0] * shape[1])
+    if chosen == 0:
+        return
     given.setdefault("height_rates", np.zeros((1, shape[0] * shape[1])))
-    apart = not all_worlds or any(len(array) > 1 for array in given.values())
-    if apart and storage.num_worlds > 1:
+    # Each world advances its own moving heights, so those are never shared.
+    same = mask.all() and all(len(array) == 1 for array in given.values()) and not given["height_rates"].any()
+    if not same:
         storage.separate_heights()
     samples = slice(int(field["first"]), int(field["first"]) + shape[0] * shape[1])
     for name, array in given.items():
         pool = storage.arrays[name]
-        if len(pool) == storage.num_worlds:
-            pool[mask, samples] = array
-        else:
-            pool[0, samples] = array[0]
+        pool[mask if len(pool) == len(mask) else [0], samples] = array
     if "heights" in given:
         field["lowest"] = min(float(field["lowest"]), float(given["heights"].min()))
         field["highest"] = max(float(field["highest"]), float(given["heights"].max()))
-    storage.link()
+    storage.note_features()
+
+
+def reset_heights(storage: Storage, mask: NDArray[np.bool_], initial: NDArray[np.float64]) -> None:
+    """Put the samples of the selected worlds back to ``initial`` (1, samples), at rest."""
+    arrays = storage.arrays
+    if not (mask.any() and initial.size):
+        return
+    if len(arrays["heights"]) != len(mask) and not mask.all() and not np.array_equal(arrays["heights"], initial):
+        storage.separate_heights()
+    chosen = mask if len(arrays["heights"]) == len(mask) else [0]
+    arrays["heights"][chosen] = initial
+    arrays["height_rates"][chosen] = 0.0
+    storage.bound_heights()
+    storage.note_features()
 
 
 def carry_parameters(old: NDArray[Any], new: NDArray[Any], kept: list[int]) -> None:
     """Parameters set while running stay when the tables are built anew."""
-    for name in ("mass", "inverse_mass", "inertia", "inverse_inertia", *COEFFICIENTS):
+    for name in ("mass", "inverse_mass", "inertia", "inverse_inertia", "flow", *COEFFICIENTS):
         new[name][:, kept] = old[name][:, kept]
 
 
 def carry_heights(old: Storage, new: Storage, kept: list[int]) -> None:
     """Moved samples stay where they are when the tables are built anew."""
-    for collider in new.arrays["colliders"]:
-        before = old.arrays["bodies"]["first_collider"][0]
-        body = int(collider["body"])
-        if collider["shape"] != HEIGHT_FIELD or body not in kept:
+    shift = _first_colliders(old) - _first_colliders(new)[: old.num_bodies]
+    for number, collider in enumerate(new.arrays["colliders"]):
+        if collider["shape"] != HEIGHT_FIELD or int(collider["body"]) not in kept:
             continue
-        source = old.arrays["height_fields"][old.arrays["colliders"][before[body]]["data"]]
+        before = old.arrays["colliders"][number + shift[collider["body"]]]
+        source = old.arrays["height_fields"][before["data"]]
         target = new.arrays["height_fields"][collider["data"]]
         size = int(source["rows"] * source["columns"])
         for name in ("heights", "height_rates"):
             values = old.arrays[name][:, source["first"] : source["first"] + size]
             new.arrays[name][:, target["first"] : target["first"] + size] = values
-        target["lowest"], target["highest"] = source["lowest"], source["highest"]
-    new.link()
+    new.bound_heights()
 
 
 def carry_contacts(old: Storage, new: Storage, changed: int) -> None:
@@ -136,12 +168,17 @@ def carry_contacts(old: Storage, new: Storage, changed: int) -> None:
     rows = old.arrays["contacts"][0, :count]
     rows = rows[(rows["body_a"] != changed) & (rows["body_b"] != changed)].copy()
     num_old, num_new = len(old.arrays["colliders"]), len(new.arrays["colliders"])
-    shift = new.arrays["bodies"]["first_collider"][0, : old.num_bodies]
-    shift = shift - old.arrays["bodies"]["first_collider"][0, : len(shift)]
+    shift = _first_colliders(new)[: old.num_bodies] - _first_colliders(old)
     if len(rows):
         first, second = np.divmod(rows["pair"], num_old)
         rows["pair"] = (first + shift[rows["body_a"]]) * num_new + second + shift[rows["body_b"]]
     if len(rows) > new.arrays["contacts"].shape[1]:
-        new.grow_contacts(len(rows))
+        new.resize_contacts(len(rows))
     new.arrays["contacts"][0, : len(rows)] = rows
     new.arrays["num_contacts"][0] = len(rows)
+
+
+def _first_colliders(storage: Storage) -> NDArray[np.int64]:
+    """(bodies,) number of the first collider of each body."""
+    first: NDArray[np.int64] = storage.arrays["bodies"]["first_collider"][0]
+    return first

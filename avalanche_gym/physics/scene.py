@@ -65,7 +65,7 @@ class UniformGravity:
     acceleration: Sequence[float]
 
     def __post_init__(self) -> None:
-        vector = checked_vector("UniformGravity(acceleration", self.acceleration)
+        vector = checked_vector("UniformGravity(acceleration)", self.acceleration)
         object.__setattr__(self, "acceleration", tuple(vector.tolist()))
 
 
@@ -77,7 +77,7 @@ class PointGravity:
     mu: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "center", tuple(checked_vector("PointGravity(center", self.center).tolist()))
+        object.__setattr__(self, "center", tuple(checked_vector("PointGravity(center)", self.center).tolist()))
         if not (isinstance(self.mu, (int, float)) and math.isfinite(self.mu)):
             raise ValueError(f"PointGravity(mu={self.mu!r}): give a finite number [m^3/s^2]; negative pushes away.")
 
@@ -166,51 +166,15 @@ class Scene:
             ValueError, TypeError: the text names the body, what was given, what is allowed and what to do.
         """
         handle = next((index for index, body in enumerate(self.bodies) if body is None), len(self.bodies))
-        body = self.describe_body(
-            handle,
-            shape,
-            motion=motion,
-            position=position,
-            orientation=orientation,
-            material=material,
-            name=name,
-            mass=mass,
-            density=density,
-            inertia=inertia,
-            center_of_mass=center_of_mass,
-            linear_velocity=linear_velocity,
-            angular_velocity=angular_velocity,
-            visual=visual,
-        )
-        self.bodies[handle : handle + 1] = [body]
-        return handle
-
-    def describe_body(
-        self,
-        handle: int,
-        shape: Shape,
-        *,
-        motion: str,
-        position: ArrayLike,
-        orientation: ArrayLike,
-        material: Material,
-        name: str | None,
-        mass: float | None,
-        density: float | None,
-        inertia: ArrayLike | None,
-        center_of_mass: ArrayLike | None,
-        linear_velocity: ArrayLike,
-        angular_velocity: ArrayLike,
-        visual: TriangleMesh | None,
-    ) -> Body:
-        """Check everything about a body before anything is changed."""
         label = f"body_{handle}" if name is None else name
         if not isinstance(label, str) or not label:
             raise TypeError(f"add_body(name={name!r}): give a non-empty string, or None.")
         if any(body is not None and body.name == label for body in self.bodies):
             raise ValueError(f"add_body(name={label!r}): a body of this scene has that name already; give another one.")
         if not isinstance(shape, Shape):
-            raise TypeError(f"Body {label!r}: shape={shape!r} is no shape; give Sphere(...), Box(...) or another of physics.shapes.")
+            raise TypeError(
+                f"Body {label!r}: shape={shape!r} is no shape; give Sphere(...), Box(...) or another of physics.shapes."
+            )
         if motion not in MOTIONS:
             raise ValueError(f"Body {label!r}: motion={motion!r}; give one of {', '.join(map(repr, MOTIONS))}.")
         if not isinstance(material, Material):
@@ -222,7 +186,7 @@ class Scene:
         if motion == "static" and any(vector.any() for vector in vectors.values()):
             raise ValueError(f"Body {label!r}: a static body has no velocity; use motion='kinematic'.")
         properties = _mass_of(label, shape, motion, mass, density, inertia, center_of_mass)
-        return Body(
+        body = Body(
             name=label,
             shape=shape,
             motion=motion,
@@ -235,6 +199,8 @@ class Scene:
             visual=visual,
             **vectors,
         )
+        self.bodies[handle : handle + 1] = [body]
+        return handle
 
     def set_pair(
         self, a: Material, b: Material, *, friction: float | None = None, restitution: float | None = None
@@ -264,7 +230,8 @@ def _mass_of(
 ) -> MassProperties:
     """Mass (as ``volume``), centre and inertia of a body; zeros for one that is not dynamic."""
     if motion != "dynamic":
-        for name, value in (("mass", mass), ("density", density), ("inertia", inertia)):
+        given = {"mass": mass, "density": density, "inertia": inertia, "center_of_mass": center_of_mass}
+        for name, value in given.items():
             if value is not None:
                 raise ValueError(f"Body {label!r}: {name}={value!r} on a {motion} body, which has none; leave it out.")
         return MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))

@@ -48,8 +48,8 @@ def select_worlds(world: World, call: str, which: Any) -> NDArray[np.bool_]:
         which = np.asarray(which)
         if which.dtype != np.bool_ or which.shape != (count,):
             raise TypeError(
-                f"{call}(world={which.tolist()!r}): give an int, a slice, a boolean mask of shape ({count},), or None for "
-                "all worlds."
+                f"{call}(world={which.tolist()!r}): give an int, a slice, a boolean mask of shape ({count},), or None "
+                "for all worlds."
             )
     mask[which] = True
     return mask
@@ -66,7 +66,9 @@ def spread(name: str, value: ArrayLike, mask: NDArray[np.bool_], width: int) -> 
     if array.shape not in ((width,), (1, width), (chosen, width)):
         raise ValueError(f"{name} has shape {array.shape}; give {allowed}.")
     if not np.isfinite(array).all():
-        raise ValueError(f"{name}={array.tolist()!r} holds values that are not finite; give {allowed} of finite numbers.")
+        raise ValueError(
+            f"{name}={array.tolist()!r} holds values that are not finite; give {allowed} of finite numbers."
+        )
     rows = np.zeros((len(mask), width))
     rows[mask] = array
     return rows

@@ -68,7 +68,9 @@ class Stepper:
             f"World {world}: {count} contacts exceed Options(max_contacts={limit}); raise it, or leave None to let it grow."
             for world, count in crowded[:4]
         ]
-        error = RuntimeError(f"{' '.join(overfull)} These worlds stand at their last completed step.") if crowded else None
+        error = (
+            RuntimeError(f"{' '.join(overfull)} These worlds stand at their last completed step.") if crowded else None
+        )
         if failures:
             raise PhysicsError(failures) from error
         if error is not None:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import detection, response
 from .construction import Tables
-from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
 from .jit import Stage
+from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
 from .model import (
     CONTACT,
     CONTACTS_FULL,
@@ -21,10 +22,9 @@ from .model import (
     SHAPE_NAMES,
     SOLVER_FULL,
 )
-from .options import Options
-from . import detection, response
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
+from .options import Options
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
@@ -140,8 +140,8 @@ class Storage:
         if pair not in PAIR_STAGES:
             a, b = (SHAPE_NAMES[code] for code in pair)
             raise ValueError(
-                f"World: this scene lets a {a} meet a {b}, and there is no collision test for that pair. Use other shapes, or "
-                "make neither of the two dynamic."
+                f"World: this scene lets a {a} meet a {b}, and there is no collision test for that pair. Use other "
+                "shapes, or make neither of the two dynamic."
             )
         return PAIR_STAGES[pair]
 
@@ -224,10 +224,10 @@ class Storage:
 
     def separate_heights(self) -> None:
         """Give every world heights of its own."""
-        for name in ("heights", "height_rates"):
-            if self.arrays[name].shape[0] != self.num_worlds:
+        if len(self.arrays["heights"]) != self.num_worlds:
+            for name in ("heights", "height_rates"):
                 self.arrays[name] = np.repeat(self.arrays[name], self.num_worlds, axis=0)
-        self.link()
+            self.link()
 
     def bound_heights(self, num_steps: int = 0) -> None:
         """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps."""

@@ -1,4 +1,4 @@
-"""World: the object over the kernels. It checks what comes in, owns the memory, and turns a status into an exception."""
+"""World: the object over the kernels. It checks what comes in, and hands it to the tables and kernels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from . import frames, parameters
 from .construction import build_tables
 from .diagnostics import measure
 from .features import describe_features
-from .model import STATIC
 from .options import Options
 from .report import Features, StepReport, describe_steps
 from .scene import Body, Scene
@@ -59,8 +58,8 @@ class World:
         orientation: (worlds, bodies, 4) unit quaternions wxyz, body to world.
         linear_velocity: (worlds, bodies, 3) [m/s] of that origin.
         angular_velocity: (worlds, bodies, 3) [rad/s], world frame.
-        impulse_buffer: (worlds, bodies, 6) writable: impulse [N s] at the centre of mass and angular impulse [N m s], world
-            frame, unchecked; the next ``step`` applies it to dynamic bodies and zeroes it.
+        impulse_buffer: (worlds, bodies, 6) writable: impulse [N s] at the centre of mass and angular impulse [N m s],
+            world frame, unchecked; the next ``step`` applies it to dynamic bodies and zeroes it.
 
     The first four are read-only and always current; copy what is to be kept. A removed body reads NaN.
     """
@@ -75,7 +74,7 @@ class World:
         self.options = options or Options()
         self._build(scene.copy(), int(num_worlds))
 
-    # --- Building ------------------------------------------------------------------------------------------------------
+    # --- Building -----------------------------------------------------------------------------------------------------
 
     def _build(self, scene: Scene, num_worlds: int) -> None:
         """Adopt a scene, all bodies at their initial state; a scene that cannot be built changes nothing."""
@@ -108,27 +107,27 @@ class World:
         """What this scene made the engine model, and what it left out."""
         return describe_features(self.scene, self._storage)
 
-    # --- Stepping ------------------------------------------------------------------------------------------------------
+    # --- Stepping -----------------------------------------------------------------------------------------------------
 
     def step(self, num_steps: int = 1) -> None:
         """Advance every world by ``num_steps`` of ``options.time_step``.
 
         Raises:
-            PhysicsError: a state became non-finite. The other worlds finish; the bad ones stand at their last good step.
+            PhysicsError: a state became non-finite. The other worlds finish; these stand at their last good step.
             RuntimeError: a world has more contacts than ``Options.max_contacts``; it stands at its last completed step.
         """
         if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
             raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
         self._stepper.run(int(num_steps), self.scene.bodies)
 
-    # --- Acting on bodies ----------------------------------------------------------------------------------------------
+    # --- Acting on bodies ---------------------------------------------------------------------------------------------
 
     def apply_impulse(
         self, body: int, impulse: ArrayLike, point: ArrayLike | None = None, world: WorldIndex = None
     ) -> None:
         """Change the velocity of a dynamic body at once.
 
-        An impulse that no velocity can answer (its square would not be finite) waits for the next ``step``, which refuses it.
+        An impulse so large that the kinetic energy would not be finite waits for the next ``step``, which refuses it.
 
         Args:
             body: handle.
@@ -175,7 +174,7 @@ class World:
         angular_velocity: ArrayLike | None = None,
         world: WorldIndex = None,
     ) -> None:
-        """Place a body and set its velocities; what is ``None`` stays. Arrays as in the attributes, or one value for all.
+        """Place a body and set its velocities; what is ``None`` stays. One value for all selected worlds, or one each.
 
         A kinematic body keeps the velocities until they are set again; a static one can be placed but has no velocity.
         """
@@ -195,12 +194,13 @@ class World:
                 given["orientation"][number] = checks.unit_quaternion(
                     "set_state(orientation)", given["orientation"][number]
                 )
-        if self._storage.arrays["bodies"]["motion"][0, index] == STATIC:
+        description = self.scene.bodies[index]
+        if description is not None and description.motion == "static":
             for name in ("linear_velocity", "angular_velocity"):
-                if name in given and given[name][mask].any():
+                if name in given and given[name].any():
                     raise ValueError(
-                        f"set_state({name}) on the static body {self.scene.bodies[index].name!r}, which has no velocity; "  # type: ignore[union-attr]
-                        "give it motion='kinematic' to move it."
+                        f"set_state({name}) on the static body {description.name!r}, which has no velocity; give it "
+                        "motion='kinematic' to move it."
                     )
         for name, values in given.items():
             self._storage.arrays[name][mask, index] = values[mask]
@@ -212,9 +212,10 @@ class World:
         Args:
             body: handle.
             world: as in apply_impulse.
-            values: any of ``mass`` [kg] (the inertia follows in proportion), ``inertia`` (3,) [kg m^2] about the body axes,
-                ``friction``, ``restitution``, ``rolling_friction`` [m], ``torsional_friction`` [m]; one number for all
-                selected worlds or one each. Pairs fixed by ``Scene.set_pair`` keep their values.
+            values: any of ``mass`` [kg] (the inertia follows in proportion), ``inertia`` (3,) or (3, 3) [kg m^2] with the
+                principal axes that the body was built with, ``friction``, ``restitution``, ``rolling_friction`` [m],
+                ``torsional_friction`` [m]; one for all selected worlds or one each. Pairs fixed by ``Scene.set_pair``
+                keep their values.
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
@@ -235,14 +236,16 @@ class World:
             heights: (rows, columns) or (selected worlds, rows, columns) [m]; ``None`` keeps them.
             height_rates: the same [m/s]; heights advance by them, and contacts feel them as the velocity of the ground,
                 until set again. ``None`` means at rest.
-            world: as in apply_impulse. Worlds share the samples of terrain that is the same in all and at rest; otherwise
-                each gets its own copy.
+            world: as in apply_impulse. Worlds share terrain that is the same in all and at rest; otherwise each gets its
+                own copy.
         """
         index = select_body(self, "set_heights", body)
         mask = select_worlds(self, "set_heights", world)
         description = self.scene.bodies[index]
-        if description is None or not isinstance(description.shape, HeightField):
-            raise ValueError(f"set_heights: body {index} is no HeightField; give the handle of one.")
+        assert description is not None
+        if not isinstance(description.shape, HeightField):
+            kind = type(description.shape).__name__
+            raise ValueError(f"set_heights: body {description.name!r} is a {kind}; give the handle of a HeightField.")
         if height_rates is not None and description.motion != "kinematic":
             raise ValueError(
                 f"set_heights(height_rates): {description.name!r} is {description.motion}; moving ground needs "
@@ -250,7 +253,7 @@ class World:
             )
         parameters.set_heights(self._storage, self._height_field_rows[index], mask, heights, height_rates)
 
-    # --- Bodies that come and go ---------------------------------------------------------------------------------------
+    # --- Bodies that come and go --------------------------------------------------------------------------------------
 
     def add_body(self, *args: Any, **kwargs: Any) -> int:
         """Add a body while running; arguments and errors as in Scene.add_body. Needs ``num_worlds=1``.
@@ -274,8 +277,8 @@ class World:
     def _single(self, call: str) -> None:
         if self.num_worlds != 1:
             raise ValueError(
-                f"{call} in a world of num_worlds={self.num_worlds}; it is allowed with num_worlds=1. Add every body to the "
-                "scene first, and place what is not needed yet far away."
+                f"{call} in a world of num_worlds={self.num_worlds}; it is allowed with num_worlds=1. Add every body to "
+                "the scene first, and place what is not needed yet far away."
             )
 
     def _rebuild(self, scene: Scene, changed: int) -> None:
@@ -291,7 +294,7 @@ class World:
         parameters.carry_heights(old, self._storage, kept)
         self._storage.link()
 
-    # --- State as a whole ----------------------------------------------------------------------------------------------
+    # --- State as a whole ---------------------------------------------------------------------------------------------
 
     def reset(self, world: WorldIndex = None) -> None:
         """Put the selected worlds back to the initial state of the scene, heights included; parameters stay as set."""
@@ -319,7 +322,7 @@ class World:
             self._build(scene, self.num_worlds)
         self._storage.load(snapshot.arrays)
 
-    # --- Reading -------------------------------------------------------------------------------------------------------
+    # --- Reading ------------------------------------------------------------------------------------------------------
 
     def _measure(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         energies, momenta = np.empty((self.num_worlds, 2)), np.empty((self.num_worlds, 6))

@@ -1,8 +1,8 @@
 """Where the viewer stands: an immutable camera and the ways to place it.
 
 The image plane is spanned by ``right`` and ``down``; (right, down, forward) is right-handed. A point at camera
-coordinates (x, y, z) along these axes falls on the pixel (f x / z + c_x, f y / z + c_y) with the focal length f [pixels];
-whole numbers are the centres of pixels, row 0 is on top.
+coordinates (x, y, z) along these axes falls on the pixel (f x / z + c_x, f y / z + c_y) with the focal length f
+[pixels]; whole numbers are the centres of pixels, row 0 is on top.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ class Camera:
 def projection_record(
     rows: NDArray[np.float64], offsets: NDArray[np.float64], near: float, width: int, height: int
 ) -> NDArray[np.void]:
-    """The PROJECTION record (1,) of these rows (4, 3) and offsets (4,), with the sides of the space that falls on the image."""
+    """The PROJECTION record (1,) of rows (4, 3) and offsets (4,), with the sides of the space that the image shows."""
     record = np.zeros(1, dtype=PROJECTION)
     record["rows"], record["offsets"], record["near"] = rows, offsets, near
     system = np.concatenate([rows, offsets[:, None]], axis=1)

@@ -11,8 +11,8 @@ from ..physics.jit import entry_point
 from .color import to_srgb
 
 STEPS = 8192  # of the curve from light to bytes, to a unit of light: fine enough that none is seen in the dark
-BRIGHTEST = 2.0  # linear light above this is white
-SHOULDER = 0.8  # brightness above which light is compressed towards white, so that highlights keep their form
+BRIGHTEST = 1.3  # linear light above this is white
+SHOULDER = 0.9  # brightness above which light is compressed towards white, so that highlights keep their form
 
 
 @lru_cache(maxsize=1)

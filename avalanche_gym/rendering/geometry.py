@@ -25,17 +25,17 @@ class Geometry:
         normals: (n, 3) unit, body frame.
         colors: (n, 4) linear red, green, blue in [0, 1] and opacity, multiplied by the body's colour; None for white.
         two_sided: draw the inside too. For sheets.
-        cells: (3,) [m] sides of the cells of a solid checker pattern of two shades, along each body axis from the origin
-            on; infinite for a pattern that does not change along that axis. Makes motion of a plain surface visible.
+        cells: (3,) [m] sides of the cells of a solid checker pattern of two shades, along each body axis from the
+            origin on; infinite for none along that axis. Makes motion of a plain surface visible.
         contrast: half the relative difference of the two shades; 0 for no pattern.
         grid: (rows, columns) if the vertices are those of a height field, row by row; else None.
         unbounded: stands for an infinite surface: it does not count when a scene is measured.
     """
 
     vertices: NDArray[np.float64]
-    faces: NDArray[np.int32]
+    faces: NDArray[np.integer]
     normals: NDArray[np.float64]
-    colors: NDArray[np.float32] | None = None
+    colors: NDArray[np.floating] | None = None
     two_sided: bool = False
     cells: tuple[float, float, float] = (math.inf, math.inf, math.inf)
     contrast: float = 0.0
@@ -112,7 +112,7 @@ class Geometry:
         )
 
     @property
-    def vertex_colors(self) -> NDArray[np.float32]:
+    def vertex_colors(self) -> NDArray[np.floating]:
         """(n, 4) the colours, or white."""
         return np.ones((len(self.vertices), 4), dtype=np.float32) if self.colors is None else self.colors
 

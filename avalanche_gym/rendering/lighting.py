@@ -1,7 +1,7 @@
 """Sun, sky and haze: what lights a scene and what is seen behind it.
 
-A surface of colour c with normal n is seen as c (hemisphere(n) + sun max(0, n.s) shadow): light from the sky above, light
-thrown back from the ground below, blended by the tilt of the surface (hemisphere lighting), and one sun.
+A surface of colour c with normal n is seen as c (hemisphere(n) + sun max(0, n.s) shadow): light from the sky above,
+light thrown back from the ground below, blended by the tilt of the surface (hemisphere lighting), and one sun.
 """
 
 from __future__ import annotations
@@ -31,19 +31,21 @@ LIGHT = np.dtype(
 
 @dataclass(frozen=True)
 class Lighting:
-    """Args:
-    sun: (3,) direction towards the sun.
-    sun_color: sRGB, times ``sun_strength``.
-    sun_strength: light of the sun on a surface that faces it.
-    above: sRGB, light from the sky, times ``ambient_strength``.
-    below: sRGB, light from the ground, times ``ambient_strength``.
-    ambient_strength: light on a surface in the shade.
-    zenith: sRGB, backdrop straight above.
-    horizon: sRGB, backdrop at the horizon; what is far away fades into it.
-    nadir: sRGB, backdrop straight below.
-    glow: brightness of the halo about the sun.
-    stars: brightness of the brightest star.
-    haze: distance at which half of a colour has faded into the horizon, in sizes of the scene; infinite for none.
+    """What lights a scene.
+
+    Args:
+        sun: (3,) direction towards the sun.
+        sun_color: sRGB, times ``sun_strength``.
+        sun_strength: light of the sun on a surface that faces it.
+        above: sRGB, light from the sky, times ``ambient_strength``.
+        below: sRGB, light from the ground, times ``ambient_strength``.
+        ambient_strength: light on a surface in the shade.
+        zenith: sRGB, backdrop straight above.
+        horizon: sRGB, backdrop at the horizon; what is far away fades into it.
+        nadir: sRGB, backdrop straight below.
+        glow: brightness of the halo about the sun.
+        stars: brightness of the brightest star.
+        haze: distance at which half of a colour has faded into the horizon, in sizes of the scene; infinite for none.
     """
 
     sun: tuple[float, float, float] = (-0.62, -0.28, 0.73)

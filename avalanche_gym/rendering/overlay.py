@@ -92,7 +92,7 @@ class Marker:
     """A mesh drawn over the scene in this frame only, usually translucent: a goal, a region, a ghost of a body.
 
     Args:
-        geometry: for example ``primitives.beam``, ``disc``, ``ring``, ``box``; keep it and pass the same one each frame.
+        geometry: for example of ``primitives``: beam, disc, ring, box; pass the same one each frame.
         position: (3,) [m] world frame.
         orientation: (4,) wxyz.
         color: multiplied with the colours of the geometry.
@@ -138,7 +138,7 @@ def goal_markers(
 
 
 def stroke_arrays(overlay: Lines | Points, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Ends (n, 2, 3) [m] of the strokes, and (6,): colour, radius [pixels before averaging], opacity, hidden opacity."""
+    """Ends (n, 2, 3) [m] of strokes, and (6,): colour, radius [pixels before averaging], opacity, hidden opacity."""
     if isinstance(overlay, Points):
         dots = np.asarray(overlay.positions, dtype=np.float64).reshape(-1, 1, 3)
         ends, width = np.repeat(dots, 2, axis=1), overlay.size

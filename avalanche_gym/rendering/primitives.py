@@ -26,7 +26,7 @@ CAP_RINGS = 5  # from the equator of a capsule's cap to its pole
 def sphere(radius: float, subdivisions: int = 2) -> Geometry:
     """A sphere of 20 x 4^subdivisions triangles."""
     points, faces = icosphere(subdivisions)
-    # The corners lie outside by as much as the middles of the faces lie inside, so the sphere looks neither small nor large.
+    # Corners lie outside by as much as the middles of faces lie inside, so the sphere looks neither small nor large.
     centers = points[faces].mean(axis=1)
     outside = 2.0 / (1.0 + np.linalg.norm(centers, axis=1).mean())
     return _with_sectors(Geometry(points * radius * outside, faces, points))
@@ -36,7 +36,9 @@ def sphere(radius: float, subdivisions: int = 2) -> Geometry:
 def box(half_extents: tuple[float, float, float]) -> Geometry:
     """A box of twelve triangles; no face is smoothed into another."""
     corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    vertices, normals, faces = [], [], []
+    vertices: list[NDArray[np.float64]] = []
+    normals: list[NDArray[np.float64]] = []
+    faces: list[tuple[int, int, int]] = []
     for axis in range(3):
         for side in (-1.0, 1.0):
             # The four corners of this face, counter-clockwise seen from outside.
@@ -202,7 +204,7 @@ def _with_sectors(geometry: Geometry) -> Geometry:
 
 
 def _revolved(profile: NDArray[np.float64], normals: NDArray[np.float64]) -> Geometry:
-    """The surface that a line in the half plane (distance from z, z) sweeps about z; it runs with the outside on its right."""
+    """What a line in the half plane (distance from z, z) sweeps about z; it runs with the outside on its right."""
     angles = np.linspace(0.0, 2.0 * np.pi, SEGMENTS, endpoint=False)
     cosine, sine = np.cos(angles), np.sin(angles)
 

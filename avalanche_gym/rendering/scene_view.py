@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -104,7 +105,8 @@ class SceneView:
     def _pack(self) -> None:
         """Lay the meshes one behind the other, each once."""
         first: dict[int, tuple[int, int]] = {}
-        vertices, faces = [np.zeros(0, VERTEX)], [np.zeros((0, 3), np.int32)]
+        vertices: list[NDArray[np.void]] = [np.zeros(0, VERTEX)]
+        faces: list[NDArray[np.integer]] = [np.zeros((0, 3), np.int32)]
         num_vertices = num_faces = num_projected = 0
         fitted: Geometry | None = None
         for instance, visual in zip(self.instances, self.visuals, strict=True):
@@ -161,15 +163,15 @@ class SceneView:
         """Give a visual another colour."""
         self.instances["color"][index] = linear_color(color)
 
-    def set_opacity(self, opacity: ArrayLike, index: object = slice(None)) -> None:
+    def set_opacity(self, opacity: ArrayLike, index: Any = slice(None)) -> None:
         """Make visuals translucent or opaque; ``index`` is a number, slice or mask of visuals."""
-        self.instances["opacity"][index] = opacity  # type: ignore[index]
+        self.instances["opacity"][index] = opacity
 
-    def set_visible(self, visible: ArrayLike, index: object = slice(None)) -> None:
+    def set_visible(self, visible: ArrayLike, index: Any = slice(None)) -> None:
         """Show or hide visuals; ``index`` is a number, slice or mask of visuals."""
-        if not np.array_equal(self.instances["visible"][index], np.asarray(visible)):  # type: ignore[index]
+        if not np.array_equal(self.instances["visible"][index], np.asarray(visible)):
             self.version += 1
-        self.instances["visible"][index] = visible  # type: ignore[index]
+        self.instances["visible"][index] = visible
 
     def set_heights(self, index: int, heights: ArrayLike) -> None:
         """Change the heights (rows, columns) [m] of a height field; visuals that share its geometry change with it."""

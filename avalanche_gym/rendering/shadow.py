@@ -1,10 +1,11 @@
 """Shadows of the sun: a depth map seen from the sun (Williams 1978), looked up with a smooth filter.
 
-The map is drawn like any picture, by parallel rays (visibility.py); it keeps how near to the sun the first surface lies, and
-a point that is less near is in the shade. Two things blur that comparison: a pixel of the map stands for a patch of surface,
-on which the nearness changes by the slope, and neighbouring pixels are averaged for a soft edge. So the point is moved off
-its surface by a share of a pixel that grows with the slope (normal offset, Holbert 2011), and the margin of the comparison
-grows with the slope too; a constant margin is either too small on steep ground or lets the shadows of low bodies come off.
+The map is drawn like any picture, by parallel rays (visibility.py); it keeps how near to the sun the first surface
+lies, and a point that is less near is in the shade. Two things blur that comparison: a pixel of the map stands for a
+patch of surface, on which the nearness changes by the slope, and neighbouring pixels are averaged for a soft edge. So
+the point is moved off its surface by a share of a pixel that grows with the slope (normal offset, Holbert 2011), and
+the margin of the comparison grows with the slope too; a constant margin is either too small on steep ground or lets
+the shadows of low bodies come off.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ SHADOW = np.dtype(
     align=True,
 )
 
-# Of a map pixel: the least margin of the comparison, its growth with the tangent of the slope, and the largest slope that
-# counts. Smaller values show stripes on lit ground, larger ones a lit seam between a body and its shadow.
+# Of a map pixel: the least margin of the comparison, its growth with the tangent of the slope, and the largest slope
+# that counts. Smaller values show stripes on lit ground, larger ones a lit seam between a body and its shadow.
 BIAS, SLOPE_BIAS, STEEPEST = 0.5, 1.0, 6.0
 # [map pixels] how far the point is moved along its normal where light only grazes the surface.
 NORMAL_OFFSET = 1.2

@@ -11,9 +11,10 @@ from .camera import Camera, projection_record
 from .lighting import Lighting
 from .scene_view import SceneView
 from .shadow import SHADOW
-from .visibility import PROJECTED, TRIANGLE, draw_instances
+from .visibility import TRIANGLE, draw_instances
 
-# Half a side of the map, in distances from the eye to its target, where the scene is larger than that. Smaller is sharper.
+# Half a side of the map, in distances from the eye to its target, where the scene is larger than that; smaller is
+# sharper.
 REACH = 1.6
 SNAP = 0.25  # the map's middle moves in steps of this share of its half side: in between, the static map stays valid
 # Half sides are powers of this, so that a camera that draws near does not change the map in each frame.
@@ -88,7 +89,7 @@ class ShadowMap:
         )
 
     def _region(self, view: SceneView, camera: Camera) -> tuple[NDArray[np.float64], float]:
-        """Middle (3,) [m] and half side [m] of the map: the whole scene, or if it is large, what lies about the target."""
+        """Middle (3,) and half side [m] of the map: the whole scene, or where that is large, about the target."""
         reach = REACH * camera.distance
         if view.size <= reach:
             return view.center, view.size

@@ -37,7 +37,7 @@ def geometry_of(shape: Shape) -> Geometry:
     if isinstance(shape, Capsule):
         return primitives.capsule(shape.radius, shape.half_length)
     if isinstance(shape, Box):
-        x, y, z = shape.half_extents  # type: ignore[misc]
+        x, y, z = shape.half_extents
         return primitives.box((float(x), float(y), float(z)))
     if isinstance(shape, Cylinder):
         return primitives.cylinder(shape.radius, shape.half_length)

@@ -33,7 +33,7 @@ def cell_noise(i, j, k):
 
 @kernel
 def star(direction, pixel):
-    """Brightness in [0, 1] of the star seen in a direction; ``pixel`` [rad] is the angle between neighbouring pixels."""
+    """Brightness in [0, 1] of the star in a direction; ``pixel`` [rad] is the angle between neighbouring pixels."""
     x, y, z = direction
     ax, ay, az = abs(x), abs(y), abs(z)
     # The cube's face that the ray leaves through, and the place on it in [-1, 1]^2.

@@ -1,7 +1,7 @@
 """Ground coloured by its height and its slope, as one expects a landscape to look.
 
-A palette is a ramp of colours from the lowest to the highest ground and the colour of steep ground; a grain that depends
-on the vertex number breaks up even areas.
+A palette is a ramp of colours from the lowest to the highest ground and the colour of steep ground; a grain that
+depends on the vertex number breaks up even areas.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from .geometry import Geometry
 
 @dataclass(frozen=True)
 class TerrainPalette:
-    """Args:
-    ramp: colours from the lowest to the highest ground, evenly spaced.
-    steep: colour of rock where nothing holds.
-    slopes: cosines of the slopes at which ground is all steep, and no longer steep.
-    grain: relative variation of brightness from vertex to vertex.
+    """The colours of a kind of ground.
+
+    Args:
+        ramp: colours from the lowest to the highest ground, evenly spaced.
+        steep: colour of rock where nothing holds.
+        slopes: cosines of the slopes at which ground is all steep, and no longer steep.
+        grain: relative variation of brightness from vertex to vertex.
     """
 
     ramp: tuple[str, ...]
@@ -31,7 +33,7 @@ class TerrainPalette:
 
 
 MEADOW = TerrainPalette(("#c9b583", "#8fae5c", "#6f9c4f", "#7f9a58", "#a59b7c", "#e9ecef"), "#8a7d6d")
-SNOW = TerrainPalette(("#c5d3de", "#dfe7ee", "#edf2f6", "#fafcff"), "#7d8792", (0.45, 0.75), 0.025)
+SNOW = TerrainPalette(("#b4c6d4", "#cfdce6", "#dee8ef", "#eef3f7"), "#7d8792", (0.45, 0.75), 0.025)
 MOON = TerrainPalette(("#6f7076", "#8b8b90", "#a3a2a4", "#bdbbb8"), "#77716c", (0.6, 0.9), 0.08)
 DUNES = TerrainPalette(("#b9834e", "#d3a565", "#e3be84", "#f0d9a8"), "#a8713f", (0.6, 0.95), 0.03)
 

@@ -1,18 +1,18 @@
 """Which triangle is seen at each pixel: the visibility buffer (Burns & Hunt 2013, "The visibility buffer").
 
-A projection takes a point of the world to four numbers linear in it: the homogeneous pixel P = (X, Y, W), seen at column X /
-W and row Y / W, and its nearness Q, of which Q / W is compared. Perspective has W = z, Q = 1; the parallel rays of the sun
-have W = 1, Q = minus the distance along them, so a shadow map is drawn by the same code. For a triangle with P_0, P_1, P_2
-and a pixel p = (i, j, 1), the three numbers
+A projection takes a point of the world to four numbers linear in it: the homogeneous pixel P = (X, Y, W), seen at
+column X / W and row Y / W, and its nearness Q, of which Q / W is compared. Perspective has W = z, Q = 1; the parallel
+rays of the sun have W = 1, Q = minus the distance along them, so a shadow map is drawn by the same code. For a
+triangle with P_0, P_1, P_2 and a pixel p = (i, j, 1), the three numbers
 
     e_0 = p . (P_2 x P_1),   e_1 = p . (P_0 x P_2),   e_2 = p . (P_1 x P_0)
 
 are not negative just where the pixel is covered; e_k / (e_0 + e_1 + e_2) are its perspective-correct barycentric
 coordinates; and 1 / W = (e_0 + e_1 + e_2) / D, Q / W = (e_0 Q_0 + e_1 Q_1 + e_2 Q_2) / D with D = -P_0 . (P_1 x P_2),
 positive if the front is seen (Olano & Greer 1997, "Triangle scan conversion using 2D homogeneous coordinates", secs. 3
-and 4). This holds for triangles that reach behind the eye too, so none is split or dropped: the near plane is a test of Q /
-W at each pixel. Two triangles with a common edge compute its e_k with opposite signs and the same rounding, so there is no
-crack between them.
+and 4). This holds for triangles that reach behind the eye too, so none is split or dropped: the near plane is a test
+of Q / W at each pixel. Two triangles with a common edge compute its e_k with opposite signs and the same rounding, so
+there is no crack between them.
 """
 
 from __future__ import annotations
@@ -251,8 +251,8 @@ def draw_instances(instances, order, projections, vertices, faces, projected, tr
 
     Args:
         projections: (1,) PROJECTION.
-        triangles: TRIANGLE for each face of these instances, filled with those on the screen; empty if only the depth is
-            wanted.
+        triangles: TRIANGLE for each face of these instances, filled with those on the screen; empty where only depth
+            is wanted.
         depth: (height, width) float32, Q / W of what is closest.
         ids: (height, width) int32, the triangle that is seen.
         box: (4,) int64, widened to hold the pixels visited: first column, first row, last column, last row.

@@ -1,13 +1,126 @@
-"""Slow, obvious twins of the flight: classical solutions in many digits, and DOP853. None shares a formula with the engine."""
+"""Slow, obvious twins of the flight: classical solutions in many digits, and DOP853. None shares a formula with the engine.
+
+And ``fly``, which lets a test fly one body without a scene.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
 import mpmath
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+
+from avalanche_gym.physics.integrator import flight
+from avalanche_gym.physics.jit import entry_point
+from avalanche_gym.physics.model import BODY, BODY_STATE, DYNAMIC, FIELD, POINT_GRAVITY, UNIFORM_GRAVITY
 
 mp = mpmath.mp.clone()
 mp.dps = 40
+
+Vector = Sequence[float]
+
+
+@entry_point
+def _fly_steps(states, bodies, fields, time_step, steps):
+    for _ in range(steps):
+        flight.fly(states[0], bodies[0], fields, time_step, states[0])
+
+
+@dataclass
+class Flyer:
+    """A body in flight: what a scene would make of it."""
+
+    center: Vector = (0.0, 0.0, 0.0)
+    velocity: Vector = (0.0, 0.0, 0.0)
+    orientation: Vector = (1.0, 0.0, 0.0, 0.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)
+    force: Vector = (0.0, 0.0, 0.0)
+    torque: Vector = (0.0, 0.0, 0.0)
+    mass: float = 1.0
+    inertia: Vector = (1.0, 1.0, 1.0)
+    motion: int = DYNAMIC
+    uniform: Sequence[Vector] = ()  # [m/s^2]
+    points: Sequence[tuple[Vector, float]] = ()  # centre [m], mu [m^3/s^2]
+
+    def after(self, time_step: float, steps: int = 1) -> Flyer:
+        """The same body after some steps of the engine's flight."""
+        states = np.zeros(1, BODY_STATE)
+        bodies = np.zeros(1, BODY)
+        fields = np.zeros(len(self.uniform) + len(self.points), FIELD)
+        for field, vector in zip(fields, self.uniform, strict=False):
+            field["kind"] = UNIFORM_GRAVITY
+            field["vector"] = vector
+        for field, (center, mu) in zip(fields[len(self.uniform) :], self.points, strict=True):
+            field["kind"] = POINT_GRAVITY
+            field["vector"] = center
+            field["mu"] = mu
+        bodies["motion"] = self.motion
+        bodies["flow"] = flight.flow_class(self.inertia)
+        bodies["mass"] = self.mass
+        bodies["inverse_mass"] = 1.0 / self.mass
+        bodies["inertia"] = self.inertia
+        bodies["inverse_inertia"] = 1.0 / np.array(self.inertia)
+        for name in ("center", "velocity", "orientation", "angular_velocity", "force", "torque"):
+            states[name] = getattr(self, name)
+        _fly_steps(states, bodies, fields, time_step, steps)
+        state = states[0]
+        return replace(
+            self,
+            center=state["center"].copy(),
+            velocity=state["velocity"].copy(),
+            orientation=state["orientation"].copy(),
+            angular_velocity=state["angular_velocity"].copy(),
+        )
+
+    def rotation(self) -> NDArray[np.float64]:
+        """(3, 3) principal frame to world."""
+        return np.array(rotation_matrix(self.orientation), float)
+
+    def angular_momentum(self) -> NDArray[np.float64]:
+        """(3,) [kg m^2/s] world frame."""
+        r = self.rotation()
+        return r @ (np.array(self.inertia) * (r.T @ np.array(self.angular_velocity)))
+
+    def rotational_energy(self) -> float:
+        return 0.5 * float(np.dot(self.angular_momentum(), self.angular_velocity))
+
+    def acceleration(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(3,) [m/s^2] under all fields and the held force, at the place x [m]."""
+        total = np.array(self.force) / self.mass
+        for g in self.uniform:
+            total = total + np.array(g)
+        for center, mu in self.points:
+            arm = x - np.array(center)
+            total = total - mu * arm / np.linalg.norm(arm) ** 3
+        return total
+
+    def integrated(self, time: float) -> Flyer:
+        """The same body after ``time`` [s], by DOP853 with tolerances near the last bit."""
+        inertia = np.array(self.inertia)
+
+        def derivative(_, y):
+            x, v, q, w = y[:3], y[3:6], y[6:10], y[10:]
+            # w is in the body.
+            q_rate = 0.5 * np.array(
+                [
+                    -q[1] * w[0] - q[2] * w[1] - q[3] * w[2],
+                    q[0] * w[0] + q[2] * w[2] - q[3] * w[1],
+                    q[0] * w[1] + q[3] * w[0] - q[1] * w[2],
+                    q[0] * w[2] + q[1] * w[1] - q[2] * w[0],
+                ]
+            )
+            torque = np.array(rotation_matrix(q), float).T @ np.array(self.torque)
+            return np.concatenate([v, self.acceleration(x), q_rate, (torque - np.cross(w, inertia * w)) / inertia])
+
+        w = self.rotation().T @ np.array(self.angular_velocity)
+        start = np.concatenate([self.center, self.velocity, self.orientation, w])
+        y = solve_ivp(derivative, (0.0, time), start, "DOP853", rtol=3e-14, atol=1e-14).y[:, -1]
+        q = y[6:10] / np.linalg.norm(y[6:10])
+        world = np.array(rotation_matrix(q), float) @ y[10:]
+        return replace(self, center=y[:3], velocity=y[3:6], orientation=q, angular_velocity=world)
 
 
 def rotation_matrix(q):
@@ -156,3 +269,18 @@ def kepler(position, velocity, mu, time):
             [along * p[i] + across * q[i] for i in range(3)],
             [along_rate * p[i] + across_rate * q[i] for i in range(3)],
         )
+
+
+def sensitivity(solution: Callable[[list], list], arguments: list, scales: list) -> float:
+    """How far the result moves when arguments move by the round-off of their scales: the error nobody can avoid.
+
+    ``solution`` maps a list of mpf to a list of mpf; the moves are small enough to be linear.
+    """
+    small = mp.mpf(10) ** -6
+    start = solution(arguments)
+    total = mp.mpf(0)
+    for i, scale in enumerate(scales):
+        moved = list(arguments)
+        moved[i] += small * mp.mpf(2) ** -53 * scale
+        total += _length([a - b for a, b in zip(solution(moved), start, strict=True)]) / small
+    return float(total)

@@ -9,10 +9,11 @@ from scipy.spatial.transform import Rotation
 from avalanche_gym.physics.model import BOX
 from tests.oracles.narrow_oracle import Placed, collide
 
+FLAT = np.eye(3)
 CUBE = Placed(BOX, (0.5, 0.5, 0.5))
 
 
-def above(gap, size=(0.5, 0.5, 0.5), turn=np.eye(3), x=0.0, y=0.0):
+def above(gap, size=(0.5, 0.5, 0.5), turn=FLAT, x=0.0, y=0.0):
     """A box whose lowest point hovers over the cube's top."""
     lowest = np.abs(turn) @ np.array(size)
     return Placed(BOX, size, np.array([x, y, 0.5 + gap + lowest[2]]), turn)

@@ -65,14 +65,20 @@ def tilt_of(position, orientation):
 
 @kernel
 def measure_lane(lane, position, orientation, directions, faces, centers, planes):
-    """Update altitude and clearance of the feet; return how many are down."""
+    """Update altitude and clearance of the feet."""
     plane = planes[facet_below(position, directions, faces, centers, planes)]
     lane.altitude = altitude_of(position, plane) + FOOT[2] - LEG_RADIUS
-    down = 0
     for index in range(4):
         foot = vec3.add(position, quat.rotate(orientation, _FEET[index]))
         plane = planes[facet_below(foot, directions, faces, centers, planes)]
         lane.feet[index] = clearance_of(foot, plane) - LEG_RADIUS
+
+
+@kernel
+def feet_down(lane):
+    """How many feet are on the ground."""
+    down = 0
+    for index in range(4):
         if lane.feet[index] < TOUCH_CLEARANCE:
             down += 1
     return down
@@ -98,14 +104,15 @@ def watch(lander, lanes, position, orientation, linear_velocity, speeds, directi
         lane = lanes[number]
         place = vec3.load(position[number, lander])
         q = quat.load(orientation[number, lander])
-        down = measure_lane(lane, place, q, directions, faces, centers, planes)
+        measure_lane(lane, place, q, directions, faces, centers, planes)
+        touching = feet_down(lane) > 0
         speed = vec3.norm(vec3.load(linear_velocity[number, lander]))
-        if down > 0:
+        if touching:
             if lane.touching == 0:
                 lane.touchdown = max(lane.touchdown, speeds[number])
             if lane.touchdown >= CRASH_SPEED or tilt_of(place, q) < math.cos(CRASH_TILT):
                 lane.crashed = 1
-        lane.touching = 1 if down > 0 else 0
+        lane.touching = 1 if touching else 0
         lane.fastest = max(lane.fastest, speed)
         speeds[number] = speed
 
@@ -113,12 +120,8 @@ def watch(lander, lanes, position, orientation, linear_velocity, speeds, directi
 @kernel
 def is_resting(lane, position, orientation, spin):
     """Whether the lander stood still through the control step."""
-    down = 0
-    for index in range(4):
-        if lane.feet[index] < TOUCH_CLEARANCE:
-            down += 1
     return (
-        down >= REST_FEET
+        feet_down(lane) >= REST_FEET
         and lane.fastest < REST_SPEED
         and vec3.norm(spin) < REST_SPIN
         and tilt_of(position, orientation) > math.cos(REST_TILT)

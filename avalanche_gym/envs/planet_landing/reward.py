@@ -1,8 +1,9 @@
 """What PlanetLanding rewards: a potential that grows towards standing still on the ground, and how it ends.
 
 shaping   increase of the potential since the last step: lower, closer to the velocity that suits the altitude, more
-          upright and with less spin, and closer to the site if there is one
+          upright and with less spin, closer to the site if there is one, and more feet on the ground
 fuel      minus what was burnt
+time      minus a little for each step, so that hovering does not pay
 rest      for each control step at rest on the ground
 success   once
 crash     once, when the lander touches too fast or topples
@@ -13,17 +14,19 @@ from __future__ import annotations
 
 from ...physics.jit import entry_point, kernel
 from ...physics.maths import quat, vec3
-from .dynamics import is_resting, tilt_of
+from .dynamics import feet_down, is_resting, tilt_of
 from .observation import way_to_site
 
-TERMS = ("shaping", "fuel", "rest", "success", "crash", "escape")
+TERMS = ("shaping", "fuel", "time", "rest", "success", "crash", "escape")
 
 ALTITUDE = 1.0  # [1/m]
 VELOCITY = 2.0  # [s/m]
 TILT = 2.0  # at the ground; per unit of 1 - cos(tilt)
 SPIN = 0.5  # [s/rad]
 SITE = 0.5  # [1/m]
-FUEL = -0.02  # [s/m]
+FOOT = 1.0  # for each foot on the ground
+FUEL = -0.05  # [s/m]
+TIME = -0.03
 REST = 0.3
 SUCCESS = 15.0
 CRASH = -10.0
@@ -41,7 +44,7 @@ REST_STEPS = 10  # control steps: one second
 
 @kernel
 def potential_of(lane, position, orientation, velocity, spin):
-    """Zero at rest, upright, on the ground and at the site; negative everywhere else."""
+    """Grows towards rest, upright, with all feet on the ground, at the site."""
     up = vec3.normalize(position)
     altitude = max(lane.altitude, 0.0)
     descent = min(max(DESCENT_RATE * altitude, DESCENT_SLOWEST), DESCENT_FASTEST)
@@ -50,7 +53,8 @@ def potential_of(lane, position, orientation, velocity, spin):
     miss = vec3.norm(vec3.add_scaled(velocity, descent, up))
     lean = (1.0 - tilt_of(position, orientation)) * TILT_ALTITUDE / (TILT_ALTITUDE + altitude)
     distance = vec3.norm(way_to_site(lane, up))
-    return -(ALTITUDE * altitude + VELOCITY * miss + TILT * lean + SPIN * vec3.norm(spin) + SITE * distance)
+    cost = ALTITUDE * altitude + VELOCITY * miss + TILT * lean + SPIN * vec3.norm(spin) + SITE * distance
+    return FOOT * feet_down(lane) - cost
 
 
 @entry_point
@@ -86,10 +90,11 @@ def judge(lander, lanes, position, orientation, linear_velocity, angular_velocit
         terminated[number] = success[number] or crashed or escaped
         row[0] = potential - lane.potential
         row[1] = FUEL * lane.burnt
-        row[2] = REST if resting else 0.0
-        row[3] = SUCCESS if success[number] else 0.0
-        row[4] = CRASH if crashed else 0.0
-        row[5] = ESCAPE if escaped else 0.0
+        row[2] = TIME
+        row[3] = REST if resting else 0.0
+        row[4] = SUCCESS if success[number] else 0.0
+        row[5] = CRASH if crashed else 0.0
+        row[6] = ESCAPE if escaped else 0.0
         total = 0.0
         for term in range(row.shape[0]):
             total += row[term]

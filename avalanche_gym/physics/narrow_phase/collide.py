@@ -10,6 +10,7 @@ from ..jit import call_stage, kernel
 from ..maths import mat3, quat, vec3
 from ..memory import colliders_of, table
 from ..model import CAPSULE, HEIGHT_FIELD, NUM_SHAPES, SPHERE
+from .moving_heights import height_velocity
 from .pair_query import contact_list, query_at, store_rotation
 
 
@@ -51,6 +52,15 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
 
 
 @kernel
+def _surface_velocity(header, world, collider, state, point):
+    """Velocity [m/s] of a collider's surface against its body: only that of moving heights is not zero."""
+    if collider.shape != HEIGHT_FIELD:
+        return vec3.ZERO
+    position, rotation = place(collider, state)
+    return height_velocity(header, world, collider.data, position, rotation, point)
+
+
+@kernel
 def collide_bodies(header, query_address, bodies, states, a, b, count):
     """Append the contacts of bodies a < b placed by ``states`` to the list of the query; return the new count.
 
@@ -78,6 +88,11 @@ def collide_bodies(header, query_address, bodies, states, a, b, count):
                 contact.radius_a = _rounding(colliders[i])
                 contact.radius_b = _rounding(colliders[j])
                 vec3.store(contact.surface_velocity, vec3.ZERO)
+                if header.moving_heights == 1:
+                    point = vec3.load(contact.position)
+                    moved_a = _surface_velocity(header, query.world, colliders[i], states[a], point)
+                    moved_b = _surface_velocity(header, query.world, colliders[j], states[b], point)
+                    vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
                 if swapped:
                     vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))
     return count

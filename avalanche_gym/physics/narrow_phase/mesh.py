@@ -168,7 +168,7 @@ def _corners_against_face(vertices, faces, face, side, stage, num_corners, scrat
             base = get(scratch, row, 0)
             over = vec3.dot(n, vec3.sub(base, a))
             if over >= 0.0 or over * over <= REGION_SLACK * REGION_SLACK * vec3.norm_squared(vec3.sub(b, a)):
-                if in_prism(base, a, b, c, n):
+                if in_prism(base, a, b, c, vec3.load(face.normal)):
                     gap = height - radius
                     position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
                     count = add_candidate(scratch, count, position, n, gap, int(scratch[CORNER_ROW + corner, 3]))

@@ -7,8 +7,8 @@ frame, gap, feature. "Outward" is from the terrain to the shape, against the nor
 two faces. Two candidates at one place with one normal are one.
 
 **Reduction.** A rigid body is held by few contacts: those that span the others. The deepest is kept, then again and
-again the one farthest from all kept ones, where distance counts position and ``scale`` times the normal (Gonzalez
-1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one of each
+again the one farthest from all kept ones, where distance counts position, and the
+normal times a part of the shape's size (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one of each
 direction.
 
 **Feature ids.** A candidate's feature names the part of the moving shape alone, so that it stays when the shape
@@ -26,8 +26,10 @@ from .terrain_shape import margin_of, put, scale_of
 
 # Rows of the scratch table (terrain_shape.py) that hold candidates.
 CAPACITY = 64
-# Most contacts of a pair.
-MOST_CONTACTS = 8
+# Most contacts of a pair: four corners of a box at each of three walls.
+MOST_CONTACTS = 12
+# What a difference of unit normals counts against one of positions in units of the shape's size.
+NORMAL_WEIGHT = 0.3
 
 # Candidates closer than this in position, relative to the shape's size, and in unit normal are one contact.
 MERGE_DISTANCE = 1e-6
@@ -47,9 +49,10 @@ def reduce_candidates(scratch, count, most):
     """Keep ``most`` candidates, the deepest first; return how many there are."""
     if count == most:
         return count
-    # A contact that is farther off than the deepest by the whole margin counts half.
+    # An open contact that is farther off than the deepest by the whole margin counts half.
     scale = scale_of(scratch)
     falloff = 1.0 / max(margin_of(scratch), MERGE_DISTANCE * scale)
+    scale *= NORMAL_WEIGHT
     for kept in range(most):
         chosen = kept
         best = -1.0
@@ -66,7 +69,7 @@ def reduce_candidates(scratch, count, most):
                     position += (scratch[i, k] - scratch[j, k]) ** 2
                     normal += (scratch[i, 3 + k] - scratch[j, 3 + k]) ** 2
                 score = min(score, position + scale * scale * normal)
-            rise = (scratch[i, 6] - scratch[0, 6]) * falloff
+            rise = max(0.0, scratch[i, 6] - max(0.0, scratch[0, 6])) * falloff
             score /= 1.0 + rise * rise
             if score > best:
                 best = score

@@ -1,0 +1,124 @@
+"""Cylinder against sphere and plane, in closed form.
+
+Lying, a cylinder touches a plane at the lowest points of both ends. Standing, it does so around the rim of its lower cap:
+tilted, at the lowest point and a quarter and half a turn from it, which roll with the tilt; flat, at four points fixed to
+the cylinder, because the lowest one is then up to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..jit import kernel
+from ..maths import mat3, vec3
+from .manifold import emit
+from .plane import emit_above_plane
+from .segment import clamp
+from .sphere import CORES_TOUCH, ONLY
+
+# Cosine between axis and normal above which a cylinder counts as standing on its cap.
+STANDING = 0.5
+
+# Sine of the tilt below which a cap counts as flat, and the points of its rim are fixed to the body. They may miss the
+# lowest point by this fraction of the radius, so that one is added where it is lower by more than round-off.
+FLAT_CAP = 1e-6
+
+# A point of the rim is lower than a fixed one if it is so by this fraction of the radius.
+CLEARLY_LOWER = 1e-10
+
+# Features: the lower end of a lying cylinder or of a tilted cap (0 at -z, 1 at +z), then the other points of the rim.
+TILTED_RIM, FLAT_RIM = 2, 16
+
+
+@kernel
+def point_cylinder(point, radius, half_length):
+    """Signed distance [m] of a point from a cylinder about the origin, and the unit gradient (outward).
+
+    Inside, the nearer of side and cap decides; the cap in a tie.
+    """
+    across = math.sqrt(point[0] * point[0] + point[1] * point[1])
+    radial = (1.0, 0.0, 0.0)
+    if across > 0.0:
+        radial = (point[0] / across, point[1] / across, 0.0)
+    beyond_side = max(across - radius, 0.0)
+    beyond_cap = point[2] - clamp(point[2], half_length)
+    distance = math.sqrt(beyond_side * beyond_side + beyond_cap * beyond_cap)
+    if distance > CORES_TOUCH * (radius + half_length):
+        outward = vec3.scale(beyond_side / distance, radial)
+        return distance, (outward[0], outward[1], beyond_cap / distance)
+    to_side = radius - across
+    to_cap = half_length - abs(point[2])
+    if to_side < to_cap:
+        return -to_side, radial
+    return -to_cap, (0.0, 0.0, math.copysign(1.0, point[2]))
+
+
+@kernel
+def sphere_cylinder(position_a, rotation_a, size_a, position_b, rotation_b, size_b, margin, contacts, count):
+    """One contact; a centre inside the cylinder leaves through the nearest surface."""
+    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
+    distance, outward = point_cylinder(center, size_b[0], size_b[1])
+    gap = distance - size_a[0]
+    if gap > margin:
+        return count
+    normal = vec3.neg(mat3.apply(rotation_b, outward))
+    position = vec3.add_scaled(position_a, size_a[0] + 0.5 * gap, normal)
+    return emit(contacts, count, position, normal, gap, np.int64(ONLY))
+
+
+@kernel
+def rim_direction(local, k):
+    """Direction (x, y) of point k of a rim for a unit direction in the cylinder's frame, and its feature.
+
+    Tilted: 0 is the furthest point in that direction, the others follow in quarter turns; k = 4 there is none. Flat: 0 to 3
+    are fixed, and 4 is the furthest point.
+    """
+    tilt = math.sqrt(local[0] * local[0] + local[1] * local[1])
+    end = 1 if local[2] > 0.0 else 0
+    x, y = 1.0, 0.0
+    feature = end
+    if tilt > FLAT_CAP or (k == 4 and tilt > 0.0):
+        x, y = local[0] / tilt, local[1] / tilt
+        if k % 4 > 0:
+            feature = TILTED_RIM + 4 * end + k
+    elif k < 4:
+        feature = FLAT_RIM + 4 * end + k
+    if k % 4 == 1:
+        x, y = -y, x
+    elif k % 4 == 2:
+        x, y = -x, -y
+    elif k % 4 == 3:
+        x, y = y, -x
+    return x, y, feature, tilt
+
+
+@kernel
+def cylinder_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, margin, contacts, count):
+    """Up to four contacts around the rim that looks down, or one below each end of a lying cylinder."""
+    up = mat3.column(rotation_b, 2)
+    radius, half_length = size_a[0], size_a[1]
+    height = vec3.dot(up, vec3.sub(position_a, position_b))
+    rise = mat3.apply_transposed(rotation_a, up)
+    tilt = math.sqrt(rise[0] * rise[0] + rise[1] * rise[1])
+    if height - abs(rise[2]) * half_length - tilt * radius > margin:
+        return count
+    down = vec3.neg(rise)
+    if abs(rise[2]) < STANDING:
+        x, y = radius * down[0] / tilt, radius * down[1] / tilt
+        for end in range(2):
+            local = (x, y, half_length if end == 1 else -half_length)
+            point = vec3.add(position_a, mat3.apply(rotation_a, local))
+            count = emit_above_plane(point, 0.0, height + vec3.dot(rise, local), up, margin, end, contacts, count)
+        return count
+    lowest = math.inf
+    for k in range(5):
+        x, y, feature, tilt = rim_direction(down, k)
+        local = (radius * x, radius * y, math.copysign(half_length, down[2]))
+        above = height + vec3.dot(rise, local)
+        if k < 4 or (tilt <= FLAT_CAP and above < lowest - CLEARLY_LOWER * radius):
+            lowest = min(lowest, above)
+            point = vec3.add(position_a, mat3.apply(rotation_a, local))
+            count = emit_above_plane(point, 0.0, above, up, margin, feature, contacts, count)
+    return count

@@ -1,0 +1,97 @@
+"""The kernels against the slow twins of oracles/terrain_oracle.py, on random terrain."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from avalanche_gym.physics.model import BOX, CAPSULE, SPHERE
+from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
+from tests.oracles import terrain_oracle as oracle
+
+EXTENT = (2.0, 1.6)
+SHAPES = [(SPHERE, (0.3, 0.0, 0.0)), (CAPSULE, (0.15, 0.3, 0.0)), (BOX, (0.35, 0.25, 0.15))]
+
+
+@st.composite
+def scenes(draw):
+    """A shape over a rough 5 x 6 terrain: heights, shape, size, position, rotation."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    heights = draw(st.sampled_from([0.02, 0.1, 0.3])) * rng.normal(size=(5, 6))
+    if draw(st.booleans()):
+        heights = np.round(heights, 1)  # flat parts and ties
+    shape, size = draw(st.sampled_from(SHAPES))
+    rotation = oracle.rotation_matrix(rng.normal(size=3) if draw(st.booleans()) else (0.0, 0.0, rng.normal()))
+    place = rng.uniform(-0.5, 0.5, 2) * EXTENT
+    return heights, shape, size, np.array([*place, 0.0]), rotation
+
+
+def lifted(heights, shape, size, position, rotation, gap):
+    """The height at which the shape is ``gap`` above the terrain, by bisection on the oracle's distance."""
+    vertices, faces = oracle.grid_mesh(heights, EXTENT)
+    triangles = vertices[faces]
+    high = heights.max() + 1.0
+    low = high
+    while (
+        oracle.distance(shape, position + np.array([0.0, 0.0, low]), rotation, size, triangles) > gap
+        and low > high - 4.0
+    ):
+        high, low = (
+            low,
+            low
+            - max(
+                0.5 * (oracle.distance(shape, position + np.array([0.0, 0.0, low]), rotation, size, triangles) - gap),
+                1e-3,
+            ),
+        )
+    return position + np.array([0.0, 0.0, high])
+
+
+@settings(max_examples=40, deadline=None)
+@given(scene=scenes(), gap=st.sampled_from([0.001, 0.02]))
+def test_smallest_gap_is_the_distance(scene, gap):
+    heights, shape, size, position, rotation = scene
+    position = lifted(*scene, gap)
+    vertices, faces = oracle.grid_mesh(heights, EXTENT)
+    expected = oracle.distance(shape, position, rotation, size, vertices[faces])
+    for contacts in (
+        oracle.field_contacts(shape, position, rotation, size, oracle.height_field(heights, EXTENT), 0.05),
+        oracle.mesh_contacts(shape, position, rotation, size, prepare_mesh(vertices, faces), 0.05),
+    ):
+        assert len(contacts) <= 12
+        if expected <= 0.05:
+            assert contacts["gap"].min() == pytest.approx(expected, abs=1e-9)
+            assert len(set(contacts["feature"])) == len(contacts)
+
+
+@settings(max_examples=60, deadline=None)
+@given(scene=scenes(), height=st.floats(-0.2, 0.5))
+def test_height_field_and_its_mesh_agree(scene, height):
+    """Also where the shape has sunk in, apart from the rim, where the field has walls."""
+    heights, shape, size, position, rotation = scene
+    position = position * (0.2, 0.2, 1.0) + (0.0, 0.0, height)
+    field = oracle.field_contacts(shape, position, rotation, size, oracle.height_field(heights, EXTENT), 0.02)
+    mesh = oracle.mesh_contacts(shape, position, rotation, size, prepare_mesh(*oracle.grid_mesh(heights, EXTENT)), 0.02)
+    assert (len(field) > 0) == (len(mesh) > 0)
+    if len(field):
+        assert field["gap"].min() == pytest.approx(mesh["gap"].min(), abs=1e-9)
+    if len(field) < 12 and len(mesh) < 12:
+        assert len(field) == len(mesh)
+        np.testing.assert_allclose(np.sort(field["gap"]), np.sort(mesh["gap"]), atol=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(scene=scenes(), height=st.floats(-0.5, 0.5))
+def test_contacts_are_sound(scene, height):
+    """Unit normals that look down, positions near the shape, and every gap is that of the shape's own surface."""
+    heights, shape, size, position, rotation = scene
+    position = position * (0.8, 0.8, 1.0) + (0.0, 0.0, height)
+    half, radius = oracle.core(shape, size)
+    frame = np.reshape(rotation, (3, 3))
+    for contact in oracle.field_contacts(shape, position, rotation, size, oracle.height_field(heights, EXTENT), 0.02):
+        normal = contact["normal"]
+        assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-12)
+        assert normal[2] < 1e-9 and contact["gap"] <= 0.02
+        on_shape = contact["position"] - 0.5 * contact["gap"] * normal
+        local = (on_shape - position) @ frame
+        assert np.linalg.norm(local - np.clip(local, -half, half)) == pytest.approx(radius, abs=1e-9)
