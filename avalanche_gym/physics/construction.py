@@ -137,7 +137,7 @@ def _fill_body(row: Any, body: Body) -> None:
         row["inverse_inertia"] = 1.0 / moments
         row["principal"] = principal
         row["origin"] = -rotation_matrix(principal) @ body.center_of_mass
-        row["flow"] = flow_class(moments)
+        row["flow"] = flow_class(moments.tolist())
 
 
 def _field_rows(fields: list[Any]) -> NDArray[Any]:

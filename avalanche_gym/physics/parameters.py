@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -44,15 +42,18 @@ def set_parameters(
             else:
                 check_coefficient(label, name, entry)
     changed = rows[mask, index]
+    proportions = storage.arrays["proportions"][mask, index]
     if "mass" in checked:
-        changed["inertia"] *= (checked["mass"] / changed["mass"])[:, None]
         changed["mass"] = checked["mass"]
+        changed["inertia"] = proportions["inertia"] * (checked["mass"] / proportions["mass"])[:, None]
     if "inertia" in checked:
-        changed["inertia"] = checked["inertia"]
+        changed["inertia"] = proportions["inertia"] = checked["inertia"]
+        proportions["mass"] = changed["mass"]
+        storage.arrays["proportions"][mask, index] = proportions
     if "mass" in checked or "inertia" in checked:
         changed["inverse_mass"] = 1.0 / changed["mass"]
         changed["inverse_inertia"] = 1.0 / changed["inertia"]
-        changed["flow"] = [flow_class(moments) for moments in changed["inertia"]]
+        changed["flow"] = [flow_class(moments) for moments in changed["inertia"].tolist()]
     for name in COEFFICIENTS:
         if name in checked:
             changed[name] = checked[name]
@@ -140,10 +141,11 @@ def reset_heights(storage: Storage, mask: NDArray[np.bool_], initial: NDArray[np
     storage.note_features()
 
 
-def carry_parameters(old: NDArray[Any], new: NDArray[Any], kept: list[int]) -> None:
+def carry_parameters(old: Storage, new: Storage, kept: list[int]) -> None:
     """Parameters set while running stay when the tables are built anew."""
     for name in ("mass", "inverse_mass", "inertia", "inverse_inertia", "flow", *COEFFICIENTS):
-        new[name][:, kept] = old[name][:, kept]
+        new.arrays["bodies"][name][:, kept] = old.arrays["bodies"][name][:, kept]
+    new.arrays["proportions"][:, kept] = old.arrays["proportions"][:, kept]
 
 
 def carry_heights(old: Storage, new: Storage, kept: list[int]) -> None:

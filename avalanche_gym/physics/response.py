@@ -61,7 +61,7 @@ def solve_contacts(address, workspace_address, world, count):
         return -1
     _displacements(bodies, states, contacts, count, header.time_step, corrections)
     _displace_all(bodies, flown, corrections)
-    if prepare_impacts(states, contacts, count) > 0:
+    if prepare_impacts(states, header.time_step, contacts, count) > 0:
         _restart(moving, flown)
         if not _solve(header, workspace, world, islands):
             return -1

@@ -156,7 +156,7 @@ class Scene:
             name: unique; ``body_<handle>`` by default.
             mass: [kg]; or
             density: [kg/m^3]; 1000 if neither is given.
-            inertia: [kg m^2] (Ixx, Iyy, Izz) or (3, 3) about the centre of mass in the body frame; the shape's by default.
+            inertia: [kg m^2] (Ixx, Iyy, Izz) or (3, 3) about the centre of mass, body frame; the shape's by default.
             center_of_mass: (3,) [m] in the shape's frame; the shape's by default.
             linear_velocity: (3,) [m/s] of the origin of the shape's frame, world frame.
             angular_velocity: (3,) [rad/s], world frame.
@@ -205,7 +205,7 @@ class Scene:
     def set_pair(
         self, a: Material, b: Material, *, friction: float | None = None, restitution: float | None = None
     ) -> None:
-        """Fix friction or restitution between two materials, whatever each of them says; ``None`` keeps the mixing rule.
+        """Fix friction or restitution between two materials, whatever each says; ``None`` keeps the mixing rule.
 
         Order does not matter, ``a`` may be ``b``, and a later call for the same pair replaces the earlier one.
         """

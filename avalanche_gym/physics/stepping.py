@@ -65,12 +65,11 @@ class Stepper:
             if not self._advance(0):
                 break
         overfull = [
-            f"World {world}: {count} contacts exceed Options(max_contacts={limit}); raise it, or leave None to let it grow."
+            f"World {world}: {count} contacts exceed Options(max_contacts={limit}); raise it, or leave None to let it "
+            "grow. This world stands at its last completed step."
             for world, count in crowded[:4]
         ]
-        error = (
-            RuntimeError(f"{' '.join(overfull)} These worlds stand at their last completed step.") if crowded else None
-        )
+        error = RuntimeError(" ".join(overfull)) if crowded else None
         if failures:
             raise PhysicsError(failures) from error
         if error is not None:

@@ -30,9 +30,13 @@ from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
 CLIPPING_FLOATS = 256 * 8  # scratch of one pair of shapes
 
+# Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.
+PROPORTION = np.dtype([("mass", np.float64), ("inertia", np.float64, 3)])  # (worlds, bodies) [kg], [kg m^2]
+
 # What a snapshot must hold: every bit that decides the future.
 STATE_TABLES = (
     "bodies",
+    "proportions",
     "states",
     "contacts",
     "num_contacts",
@@ -57,6 +61,9 @@ class Storage:
         self.arrays: dict[str, NDArray[Any]] = {name: np.ascontiguousarray(own[name]) for name in MODEL_TABLES}
         for name in ("bodies", "states"):
             self.arrays[name] = np.repeat(own[name][None], num_worlds, axis=0)
+        self.arrays["proportions"] = np.zeros((num_worlds, num_bodies), PROPORTION)
+        for name in PROPORTION.names or ():
+            self.arrays["proportions"][name] = self.arrays["bodies"][name]
         for name, array in tables.public.items():
             self.arrays[name] = np.repeat(array[None], num_worlds, axis=0)
         for name in ("heights", "height_rates"):

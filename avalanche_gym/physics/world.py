@@ -212,10 +212,10 @@ class World:
         Args:
             body: handle.
             world: as in apply_impulse.
-            values: any of ``mass`` [kg] (the inertia follows in proportion), ``inertia`` (3,) or (3, 3) [kg m^2] with the
-                principal axes that the body was built with, ``friction``, ``restitution``, ``rolling_friction`` [m],
-                ``torsional_friction`` [m]; one for all selected worlds or one each. Pairs fixed by ``Scene.set_pair``
-                keep their values.
+            values: any of ``mass`` [kg] (the inertia follows in proportion), ``inertia`` (3,) or (3, 3) [kg m^2] with
+                the principal axes that the body was built with, ``friction``, ``restitution``, ``rolling_friction``
+                [m], ``torsional_friction`` [m]; one for all selected worlds or one each. Pairs fixed by
+                ``Scene.set_pair`` keep their values.
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
@@ -236,8 +236,8 @@ class World:
             heights: (rows, columns) or (selected worlds, rows, columns) [m]; ``None`` keeps them.
             height_rates: the same [m/s]; heights advance by them, and contacts feel them as the velocity of the ground,
                 until set again. ``None`` means at rest.
-            world: as in apply_impulse. Worlds share terrain that is the same in all and at rest; otherwise each gets its
-                own copy.
+            world: as in apply_impulse. Worlds share terrain that is the same in all and at rest; otherwise each gets
+                its own copy.
         """
         index = select_body(self, "set_heights", body)
         mask = select_worlds(self, "set_heights", world)
@@ -277,7 +277,7 @@ class World:
     def _single(self, call: str) -> None:
         if self.num_worlds != 1:
             raise ValueError(
-                f"{call} in a world of num_worlds={self.num_worlds}; it is allowed with num_worlds=1. Add every body to "
+                f"{call} in a world of num_worlds={self.num_worlds}; it needs num_worlds=1. Add every body to "
                 "the scene first, and place what is not needed yet far away."
             )
 
@@ -289,7 +289,7 @@ class World:
         for name in ("states", "impulses", *PUBLIC_ARRAYS):
             self._storage.arrays[name][:, kept] = old.arrays[name][:, kept]
         self._storage.arrays["reports"][:] = old.arrays["reports"]
-        parameters.carry_parameters(old.arrays["bodies"], self._storage.arrays["bodies"], kept)
+        parameters.carry_parameters(old, self._storage, kept)
         parameters.carry_contacts(old, self._storage, changed)
         parameters.carry_heights(old, self._storage, kept)
         self._storage.link()

@@ -13,21 +13,6 @@ from numpy.typing import NDArray
 
 from .color import Color, linear_color
 
-LIGHT = np.dtype(
-    [
-        ("sun", np.float32, 3),  # unit, towards the sun, world frame
-        ("sun_color", np.float32, 3),  # linear
-        ("above", np.float32, 3),  # linear, light from the sky
-        ("below", np.float32, 3),  # linear, light from the ground
-        ("zenith", np.float32, 3),  # linear, colours of the backdrop
-        ("horizon", np.float32, 3),
-        ("nadir", np.float32, 3),
-        ("glow", np.float32),  # brightness of the halo about the sun
-        ("haze", np.float32),  # [1/m] inverse distance at which half of a surface's colour is the horizon's
-    ],
-    align=True,
-)
-
 
 @dataclass(frozen=True)
 class Lighting:
@@ -61,19 +46,17 @@ class Lighting:
     stars: float = 0.0
     haze: float = 16.0
 
-    def record(self, scene_size: float) -> NDArray[np.void]:
-        """The LIGHT record (1,) for a scene of this radius [m]."""
-        record = np.zeros(1, dtype=LIGHT)
+    @property
+    def direction(self) -> NDArray[np.float64]:
+        """(3,) unit, towards the sun."""
         sun = np.asarray(self.sun, dtype=np.float64)
-        record["sun"] = sun / np.linalg.norm(sun)
-        record["sun_color"] = np.array(linear_color(self.sun_color, "sun_color")) * self.sun_strength
-        for name in ("above", "below"):
-            record[name] = np.array(linear_color(getattr(self, name), name)) * self.ambient_strength
-        for name in ("zenith", "horizon", "nadir"):
-            record[name] = linear_color(getattr(self, name), name)
-        record["glow"] = self.glow
-        record["haze"] = 1.0 / (self.haze * scene_size)
-        return record
+        return sun / np.linalg.norm(sun)
+
+    def linear_colors(self) -> dict[str, NDArray[np.float64]]:
+        """Each colour (3,) in linear light, times its strength."""
+        strength = {"sun_color": self.sun_strength, "above": self.ambient_strength, "below": self.ambient_strength}
+        names = ("sun_color", "above", "below", "zenith", "horizon", "nadir")
+        return {name: np.array(linear_color(getattr(self, name), name)) * strength.get(name, 1.0) for name in names}
 
 
 DAY = Lighting()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .camera import NEAR, Camera
 from .development import develop, response
+from .frame import frame_record
 from .lanes import LANES
 from .lighting import DAY, Lighting
 from .overlay import Lines, Marker, Points, draw_strokes, stroke_arrays
@@ -29,8 +30,7 @@ class _Records:
 
     camera: NDArray[np.void]
     projection: NDArray[np.void]
-    light: NDArray[np.void]
-    shadow: NDArray[np.void]
+    frame: NDArray[np.void]
     shadow_depth: NDArray[np.float32]
 
 
@@ -93,12 +93,11 @@ class Renderer:
         """
         self._reserve(view)
         height, width = self._depth.shape
-        shadow, shadow_depth = self._shadows.draw(view, camera, self.lighting, self._projected)
+        sun_view, shadow_depth = self._shadows.draw(view, camera, self.lighting, self._projected)
         records = _Records(
             camera.record(width, height),
             camera.projection(width, height),
-            self.lighting.record(view.size),
-            shadow,
+            frame_record(camera, self.lighting, sun_view, view.size, width, height),
             shadow_depth,
         )
         drawn = view.drawn()
@@ -160,9 +159,7 @@ class Renderer:
             view.vertices,
             self._projected,
             self._triangles,
-            records.camera,
-            records.light,
-            records.shadow,
+            records.frame,
             records.shadow_depth,
             box,
             backdrop,

@@ -12,9 +12,8 @@ import math
 import numpy as np
 
 from ..physics.jit import entry_point, kernel
-from ..physics.maths import vec3
 from .gathering import gather
-from .shadow import BIAS, NORMAL_OFFSET, SLOPE_BIAS, STEEPEST, sunlight
+from .shadow import STEEPEST, sunlight
 
 DUSK = 12.0  # sunlight fades in until the cosine between surface and sun is 1 / DUSK: hides the steps of a coarse mesh
 LEAST = 1e-30  # keeps the length of a vanishing normal from dividing by zero
@@ -39,28 +38,20 @@ def square_wave(x, width):
 
 
 @kernel
-def illuminate(lanes, count, camera, light, shadow, j):
+def illuminate(lanes, count, frame, j):
     """Light of sky and ground, what the sun adds where it is not hidden, and the place in the shadow map.
 
     Everything is a float32, so that the loop runs on eight pixels at once; a literal would turn it into float64.
     """
     zero, half, one, two = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
     dusk, least, steepest = np.float32(DUSK), np.float32(LEAST), np.float32(STEEPEST)
-    lift = np.float32(NORMAL_OFFSET * shadow.pixel)
-    slope_bias, bias = np.float32(SLOPE_BIAS * shadow.pixel), np.float32(BIAS * shadow.pixel)
-    # The ray through column i of this row, of length one along the optical axis, is ray + i step.
-    step = vec3.scale(camera.pixel, vec3.load(camera.right))
-    ray = vec3.add_scaled(vec3.load(camera.forward), (j - camera.center[1]) * camera.pixel, vec3.load(camera.down))
-    ray = vec3.add_scaled(ray, -camera.center[0], step)
-    ray_x, ray_y, ray_z = np.float32(ray[0]), np.float32(ray[1]), np.float32(ray[2])
-    step_x, step_y, step_z = np.float32(step[0]), np.float32(step[1]), np.float32(step[2])
-    # The eye in the shadow map: single precision serves for what is seen from it, not for the world's own origin.
-    eye = vec3.load(camera.eye)
-    eye_u = np.float32(vec3.dot(vec3.load(shadow.across), eye) + shadow.offset[0])
-    eye_v = np.float32(vec3.dot(vec3.load(shadow.along), eye) + shadow.offset[1])
-    eye_q = np.float32(vec3.dot(vec3.load(shadow.sun), eye) + shadow.offset[2])
-    across, along, sun = shadow.across32, shadow.along32, light.sun
-    sun_color, above, below = light.sun_color, light.above, light.below
+    ray_x = np.float32(frame.corner[0] + j * frame.down[0])
+    ray_y = np.float32(frame.corner[1] + j * frame.down[1])
+    ray_z = np.float32(frame.corner[2] + j * frame.down[2])
+    step_x, step_y, step_z = np.float32(frame.across[0]), np.float32(frame.across[1]), np.float32(frame.across[2])
+    sun, sun_color, above, below = frame.sun, frame.sun_color, frame.above, frame.below
+    map_eye, across, down = frame.map_eye, frame.map_across, frame.map_down
+    lift, bias, slope_bias = frame.lift, frame.bias, frame.slope_bias
     for k in range(count):
         wave = square_wave(lanes.place_x[k], lanes.blur_x[k])
         wave *= square_wave(lanes.place_y[k], lanes.blur_y[k])
@@ -89,9 +80,9 @@ def illuminate(lanes, count, camera, light, shadow, j):
         py = dy + lift * sine * ny
         pz = dz + lift * sine * nz
         tangent = min(sine / max(facing, least), steepest)
-        lanes.map_x[k] = eye_u + px * across[0] + py * across[1] + pz * across[2]
-        lanes.map_y[k] = eye_v + px * along[0] + py * along[1] + pz * along[2]
-        lanes.nearness[k] = eye_q + px * sun[0] + py * sun[1] + pz * sun[2] + bias + slope_bias * tangent
+        lanes.map_x[k] = map_eye[0] + px * across[0] + py * across[1] + pz * across[2]
+        lanes.map_y[k] = map_eye[1] + px * down[0] + py * down[1] + pz * down[2]
+        lanes.nearness[k] = map_eye[2] + px * sun[0] + py * sun[1] + pz * sun[2] + bias + slope_bias * tangent
 
         # The highlight: the cosine between the mirrored ray of the sun and the eye, to the power of 16.
         toward = -(nx * dx + ny * dy + nz * dz) * inverse
@@ -114,19 +105,18 @@ def illuminate(lanes, count, camera, light, shadow, j):
 
 
 @kernel
-def finish(lanes, count, camera, light, shadow_depth, j, image):
+def finish(lanes, count, frame, shadow_depth, j, image):
     """Look pixels up in the shadow map, add the sun, the haze and the sky, and blend them into row j of the image."""
     for k in range(count):
         if lanes.sun[k] > 0.0:
             lanes.sun[k] = sunlight(lanes.map_x[k], lanes.map_y[k], lanes.nearness[k], shadow_depth)
     zero, one, four = np.float32(0.0), np.float32(1.0), np.float32(4.0)
-    step = vec3.scale(camera.pixel, vec3.load(camera.right))
-    ray = vec3.add_scaled(vec3.load(camera.forward), (j - camera.center[1]) * camera.pixel, vec3.load(camera.down))
-    ray = vec3.add_scaled(ray, -camera.center[0], step)
-    ray_x, ray_y, ray_z = np.float32(ray[0]), np.float32(ray[1]), np.float32(ray[2])
-    step_x, step_y, step_z = np.float32(step[0]), np.float32(step[1]), np.float32(step[2])
-    sun, sun_color, glow, haze = light.sun, light.sun_color, light.glow, light.haze
-    zenith, horizon, nadir = light.zenith, light.horizon, light.nadir
+    ray_x = np.float32(frame.corner[0] + j * frame.down[0])
+    ray_y = np.float32(frame.corner[1] + j * frame.down[1])
+    ray_z = np.float32(frame.corner[2] + j * frame.down[2])
+    step_x, step_y, step_z = np.float32(frame.across[0]), np.float32(frame.across[1]), np.float32(frame.across[2])
+    sun, sun_color, glow, haze = frame.sun, frame.sun_color, frame.glow, frame.haze
+    zenith, horizon, nadir = frame.zenith, frame.horizon, frame.nadir
     for k in range(count):
         dx = ray_x + lanes.column[k] * step_x
         dy = ray_y + lanes.column[k] * step_y
@@ -157,17 +147,16 @@ def finish(lanes, count, camera, light, shadow_depth, j, image):
         lanes.red[k] = red + clear * (lanes.red[k] + share * lanes.sun_red[k] - red)
         lanes.green[k] = green + clear * (lanes.green[k] + share * lanes.sun_green[k] - green)
         lanes.blue[k] = blue + clear * (lanes.blue[k] + share * lanes.sun_blue[k] - blue)
+    red, green, blue = lanes.red, lanes.green, lanes.blue
     for k in range(count):
         i = int(lanes.column[k])
-        opacity = lanes.opacity[k]
-        if opacity > OPAQUE:
-            image[j, i, 0] = lanes.red[k]
-            image[j, i, 1] = lanes.green[k]
-            image[j, i, 2] = lanes.blue[k]
-        else:
-            image[j, i, 0] += opacity * (lanes.red[k] - image[j, i, 0])
-            image[j, i, 1] += opacity * (lanes.green[k] - image[j, i, 1])
-            image[j, i, 2] += opacity * (lanes.blue[k] - image[j, i, 2])
+        share = lanes.opacity[k]
+        if share > OPAQUE:
+            share = one
+        keep = one - share
+        image[j, i, 0] = keep * image[j, i, 0] + share * red[k]
+        image[j, i, 1] = keep * image[j, i, 1] + share * green[k]
+        image[j, i, 2] = keep * image[j, i, 2] + share * blue[k]
 
 
 @entry_point
@@ -176,9 +165,7 @@ def paint(
     vertices,
     projected,
     triangles,
-    cameras,
-    lights,
-    shadows,
+    frames,
     shadow_depth,
     box,
     backdrop,
@@ -192,9 +179,7 @@ def paint(
         instances: INSTANCE of every visual.
         vertices: VERTEX of every mesh.
         projected, triangles, ids: as draw_instances left them.
-        cameras: (1,) CAMERA.
-        lights: (1,) LIGHT.
-        shadows: (1,) SHADOW.
+        frames: (1,) FRAME.
         shadow_depth: (n, n) float32, the shadow map.
         box: (4,) the pixels to visit: first column, first row, last column, last row.
         backdrop: 1 to paint the sky where nothing is seen, 0 to leave the image there.
@@ -206,5 +191,5 @@ def paint(
         i = box[0]
         while i <= last:
             i, count = gather(instances, vertices, projected, triangles, ids, i, j, last, backdrop, lanes[0])
-            illuminate(lanes[0], count, cameras[0], lights[0], shadows[0], j)
-            finish(lanes[0], count, cameras[0], lights[0], shadow_depth, j, image)
+            illuminate(lanes[0], count, frames[0], j)
+            finish(lanes[0], count, frames[0], shadow_depth, j, image)

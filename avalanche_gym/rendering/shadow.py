@@ -14,20 +14,6 @@ import numpy as np
 
 from ..physics.jit import kernel
 
-SHADOW = np.dtype(
-    [
-        # Column, row [map pixels] and nearness to the sun [m] of a point are these three . point + offset; world frame.
-        ("across", np.float64, 3),
-        ("along", np.float64, 3),
-        ("sun", np.float64, 3),  # unit, towards the sun
-        ("offset", np.float64, 3),
-        ("across32", np.float32, 3),
-        ("along32", np.float32, 3),
-        ("pixel", np.float64),  # [m] side of a map pixel
-    ],
-    align=True,
-)
-
 # Of a map pixel: the least margin of the comparison, its growth with the tangent of the slope, and the largest slope
 # that counts. Smaller values show stripes on lit ground, larger ones a lit seam between a body and its shadow.
 BIAS, SLOPE_BIAS, STEEPEST = 0.5, 1.0, 6.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from .camera import Camera, projection_record
 from .lighting import Lighting
 from .scene_view import SceneView
-from .shadow import SHADOW
 from .visibility import TRIANGLE, draw_instances
 
 # Half a side of the map, in distances from the eye to its target, where the scene is larger than that; smaller is
@@ -19,6 +19,21 @@ REACH = 1.6
 SNAP = 0.25  # the map's middle moves in steps of this share of its half side: in between, the static map stays valid
 # Half sides are powers of this, so that a camera that draws near does not change the map in each frame.
 GROWTH = 1.25
+
+
+@dataclass(frozen=True)
+class SunView:
+    """How the sun sees: column, row [map pixels] and nearness [m] of a point are rows . point + offsets.
+
+    Args:
+        rows: (3, 3), world frame; the last one is the unit direction towards the sun.
+        offsets: (3,).
+        pixel: [m] side of a map pixel.
+    """
+
+    rows: NDArray[np.float64]
+    offsets: NDArray[np.float64]
+    pixel: float
 
 
 class ShadowMap:
@@ -44,35 +59,35 @@ class ShadowMap:
 
     def draw(
         self, view: SceneView, camera: Camera, lighting: Lighting, projected: NDArray[np.void]
-    ) -> tuple[NDArray[np.void], NDArray[np.float32]]:
-        """The SHADOW record (1,) and the map (n, n) of a frame; ``projected`` is scratch for the view's vertices."""
+    ) -> tuple[SunView, NDArray[np.float32]]:
+        """How the sun sees, and the map (n, n) of a frame; ``projected`` is scratch for the view's vertices."""
         center, half = self._region(view, camera)
-        record = self._record(center, half, lighting)
+        sun_view = self._sun_view(center, half, lighting)
         if self._resolution == 0:
-            return record, self._depth
+            return sun_view, self._depth
         drawn = view.drawn()
         casting = drawn[(view.instances["casts_shadow"][drawn] == 1) & ~view.unbounded[drawn]]
         is_static = view.static[casting]
         key = (view.version, tuple(center), half, lighting.sun)
         if self._view is not view or self._drawn != key:
             self._static.fill(-np.inf)
-            self._enter(view, casting[is_static], record, projected, self._static)
+            self._enter(view, casting[is_static], sun_view, projected, self._static)
             self._view, self._drawn = view, key
         np.copyto(self._depth, self._static)
-        self._enter(view, casting[~is_static], record, projected, self._depth)
-        return record, self._depth
+        self._enter(view, casting[~is_static], sun_view, projected, self._depth)
+        return sun_view, self._depth
 
     def _enter(
         self,
         view: SceneView,
         order: NDArray[np.int64],
-        record: NDArray[np.void],
+        sun_view: SunView,
         projected: NDArray[np.void],
         depth: NDArray[np.float32],
     ) -> None:
-        # The sun's right and down; with these, its view along the rays is right-handed as a camera's is.
-        rows = np.array([record["across"][0], record["along"][0], np.zeros(3), record["sun"][0]])
-        offsets = np.array([record["offset"][0, 0], record["offset"][0, 1], 1.0, record["offset"][0, 2]])
+        # Parallel rays: W is one everywhere.
+        rows = np.insert(sun_view.rows, 2, 0.0, axis=0)
+        offsets = np.insert(sun_view.offsets, 2, 1.0)
         # With the least number there is as near plane, nothing is too near.
         projection = projection_record(rows, offsets, np.finfo(np.float64).tiny, *depth.shape)
         draw_instances(
@@ -99,22 +114,12 @@ class ShadowMap:
         step = SNAP * half
         return np.round(np.array(camera.target) / step) * step, half
 
-    def _record(self, center: NDArray[np.float64], half: float, lighting: Lighting) -> NDArray[np.void]:
-        sun = np.asarray(lighting.sun, dtype=np.float64)
-        sun = sun / np.linalg.norm(sun)
+    def _sun_view(self, center: NDArray[np.float64], half: float, lighting: Lighting) -> SunView:
+        sun = lighting.direction
         across = np.cross(np.eye(3)[np.argmin(np.abs(sun))], sun)
         across /= np.linalg.norm(across)
         scale = 0.5 * self._resolution / half
-        record = np.zeros(1, dtype=SHADOW)
-        record["sun"] = sun
-        record["across"] = record["across32"] = scale * across
-        # (across, along, away from the sun) is right-handed, as (right, down, forward) of a camera.
-        record["along"] = record["along32"] = scale * np.cross(-sun, across)
+        # (across, down, away from the sun) is right-handed, as (right, down, forward) of a camera.
+        rows = np.array([scale * across, scale * np.cross(-sun, across), sun])
         middle = 0.5 * (self._resolution - 1)
-        record["offset"][0] = [
-            middle - record["across"][0] @ center,
-            middle - record["along"][0] @ center,
-            -sun @ center,
-        ]
-        record["pixel"] = 2.0 * half / max(self._resolution, 1)
-        return record
+        return SunView(rows, (middle, middle, 0.0) - rows @ center, 2.0 * half / max(self._resolution, 1))

@@ -94,9 +94,6 @@ TRIANGLE = np.dtype(  # of this frame, on the screen
     align=True,
 )
 
-# [pixels] Rows at least this wide are narrowed to the covered span first; narrower ones are not worth its divisions.
-NARROW = 12
-
 
 @kernel
 def project(instance, projection, vertices, projected):
@@ -161,7 +158,7 @@ def draw_instance(instance, number, projection, faces, projected, triangles, cou
         beyond = int(a.pixel[2] >= near) + int(b.pixel[2] >= near) + int(c.pixel[2] >= near)
         if beyond == 0:
             continue
-        # Of a triangle that the near plane cuts, the rows are narrowed by its edges below.
+        # A triangle that the near plane cuts may lie anywhere: its edges decide, row by row.
         left, top, right, bottom = 0, 0, width - 1, height - 1
         if beyond == 3:
             low_x = min(a.screen[0], b.screen[0], c.screen[0])
@@ -200,31 +197,26 @@ def draw_instance(instance, number, projection, faces, projected, triangles, cou
             r0 = e0[1] * j + e0[2]
             r1 = e1[1] * j + e1[2]
             r2 = e2[1] * j + e2[2]
-            start, stop = left, right
-            if right - left >= NARROW:
-                low, high = float(left), float(right)
-                for slope, rest in ((e0[0], r0), (e1[0], r1), (e2[0], r2)):
-                    cut = -rest / slope
-                    if slope > 0.0:
-                        low = max(low, cut)
-                    elif slope < 0.0:
-                        high = min(high, cut)
-                    elif rest < 0.0:
-                        high = -2.0
-                if high < low - 1.0:
-                    continue
-                # One pixel more on each side: the exact test below decides, not these rounded quotients.
-                start = max(left, int(low) - 1)
-                stop = min(right, int(high) + 1)
+            # An edge that lies off both ends of the row leaves nothing of it.
+            if max(e0[0] * left, e0[0] * right) + r0 < 0.0:
+                continue
+            if max(e1[0] * left, e1[0] * right) + r1 < 0.0:
+                continue
+            if max(e2[0] * left, e2[0] * right) + r2 < 0.0:
+                continue
             rest = q_j * j + q_1
-            for i in range(start, stop + 1):
+            inside = False
+            for i in range(left, right + 1):
                 if e0[0] * i + r0 >= 0.0 and e1[0] * i + r1 >= 0.0 and e2[0] * i + r2 >= 0.0:
+                    inside = True
                     q = np.float32(q_i * i + rest)
                     if q > depth[j, i] and q <= nearest:
                         depth[j, i] = q
                         found = 1
                         if keep:
                             ids[j, i] = count
+                elif inside:
+                    break
         if keep and found == 1:
             triangle = triangles[count]
             for axis in range(3):

@@ -1,6 +1,6 @@
-"""Slow, obvious twins of the flight: classical solutions in many digits, and DOP853. None shares a formula with the engine.
+"""Slow, obvious twins of the flight: classical solutions in many digits, and DOP853. None shares a formula with it.
 
-And ``fly``, which lets a test fly one body without a scene.
+And ``Flyer``, which lets a test fly one body without a scene.
 """
 
 from __future__ import annotations
@@ -157,8 +157,8 @@ def _to_angular_momentum(l, p):
 def free_rotation(inertia, q, angular_velocity, time):
     """Rotation matrix (body to world) and world angular velocity [rad/s] after ``time`` [s], as lists of mpf.
 
-    Three different moments; neither a steady rotation nor exactly on the separatrix. The angular momentum in the body by
-    Jacobi's elliptic functions, the precession about it by the elliptic integral of the third kind (Landau and
+    Three different moments; neither a steady rotation nor exactly on the separatrix. The angular momentum in the body
+    by Jacobi's elliptic functions, the precession about it by the elliptic integral of the third kind (Landau and
     Lifshitz, Mechanics, sec. 37).
     """
     d = [1 / mp.mpf(i) for i in inertia]
@@ -214,9 +214,10 @@ def angle_between(q, reference):
 
 
 def kepler(position, velocity, mu, time):
-    """Position and velocity after ``time`` [s] about a centre at the origin, from the classical elements, as lists of mpf.
+    """Position and velocity after ``time`` [s] about a centre at the origin, as lists of mpf.
 
-    For an attracting centre and every conic but the exact parabola: Kepler's equation in the eccentric anomaly, by bisection and Newton.
+    From the classical elements, for an attracting centre and every conic but the exact parabola: Kepler's equation in
+    the eccentric anomaly, by Newton and bisection.
     """
     with mp.workdps(60):
         x = [mp.mpf(v) for v in position]

@@ -13,12 +13,19 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, PLANE, SPHERE
+from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, CYLINDER, HULL, PLANE, SPHERE
 from avalanche_gym.physics.narrow_phase.box import box_box
 from avalanche_gym.physics.narrow_phase.capsule import capsule_box, capsule_capsule
+from avalanche_gym.physics.narrow_phase.cylinder import cylinder_plane, sphere_cylinder
+from avalanche_gym.physics.narrow_phase.hull import collide_convex, hull_plane
 from avalanche_gym.physics.narrow_phase.plane import box_plane, capsule_plane, sphere_plane
 from avalanche_gym.physics.narrow_phase.polytope import SCRATCH_SHAPE
 from avalanche_gym.physics.narrow_phase.sphere import sphere_box, sphere_capsule, sphere_sphere
+from avalanche_gym.physics.shapes.hull_preparation import HULL_FACE_ROW, HULL_ROW, PreparedHull, prepare_hull
+
+
+# Corners of the prism that stands for a cylinder: it lies within 0.12 % of the radius inside.
+RIM_POINTS = 64
 
 
 def place(position, rotation, points):
@@ -95,6 +102,7 @@ class Placed(NamedTuple):
     size: tuple
     position: np.ndarray = np.zeros(3)
     rotation: np.ndarray = np.eye(3)
+    hull: PreparedHull | None = None
 
     def moved(self, offset):
         return self._replace(position=self.position + offset)
@@ -102,30 +110,104 @@ class Placed(NamedTuple):
     @property
     def extent(self):
         """Scale of its round-off [m]."""
-        return float(np.sum(self.size))
+        return float(self.hull.hull["radius"][0] if self.hull else np.sum(self.size))
 
     def core(self):
-        """Vertices (n, 3) of the polytope and the radius around it [m]."""
+        """Vertices (n, 3) of the polytope and the radius around it [m]; a cylinder as an inscribed prism."""
         if self.shape == BOX:
             return box_vertices(self.position, self.rotation, self.size), 0.0
+        if self.shape == HULL:
+            return place(self.position, self.rotation, self.hull.points), 0.0
+        if self.shape == CYLINDER:
+            angles = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+            rim = [
+                (self.size[0] * np.cos(angle), self.size[0] * np.sin(angle), end)
+                for angle in angles
+                for end in (-self.size[1], self.size[1])
+            ]
+            return place(self.position, self.rotation, rim), 0.0
         half_length = self.size[1] if self.shape == CAPSULE else 0.0
         return segment_ends(self.position, self.rotation, half_length), self.size[0]
 
 
 def signed_distance(a, b):
-    """Signed distance [m] of two placed spheres, capsules or boxes; of two crossing axes, minus the radii."""
+    """Signed distance [m] of two placed shapes, cylinders as prisms; of two crossing axes, minus the radii."""
     core_a, radius_a = a.core()
     core_b, radius_b = b.core()
-    if BOX in (a.shape, b.shape):
+    if max(len(core_a), len(core_b)) > 2:
         return polytope_distance(core_a, core_b) - radius_a - radius_b
     return segment_distance(core_a, core_b) - radius_a - radius_b
+
+
+def support(placed, direction):
+    """The point furthest in a unit direction, of the true shape."""
+    if placed.shape == CYLINDER:
+        local = placed.rotation.T @ direction
+        across = np.hypot(local[0], local[1])
+        radial = local[:2] * (placed.size[0] / across if across > 0.0 else 0.0)
+        return placed.position + placed.rotation @ [*radial, np.copysign(placed.size[1], local[2])]
+    core, radius = placed.core()
+    return core[np.argmax(core @ direction)] + radius * np.asarray(direction)
+
+
+def separation(a, b, normal):
+    """Gap [m] between two shapes along a unit normal from a to b: never more than their distance."""
+    return normal @ (support(b, -normal) - support(a, normal))
+
+
+def beyond_surface(placed, point):
+    """How far [m] a point lies outside of a shape, at least; negative inside."""
+    local = placed.rotation.T @ (point - placed.position)
+    if placed.shape == CYLINDER:
+        return max(np.hypot(local[0], local[1]) - placed.size[0], abs(local[2]) - placed.size[1])
+    if placed.shape == HULL:
+        rows = placed.hull.faces
+        on_faces = placed.hull.points[placed.hull.corners[rows["first_corner"]]]
+        return ((local - on_faces) * rows["normal"]).sum(axis=1).max()
+    if placed.shape == BOX:
+        return (np.abs(local) - placed.size).max()
+    core, radius = placed.core()
+    return segment_distance(core, np.array([point, point])) - radius
+
+
+def hull_of(points):
+    """A prepared hull of (n, 3) points."""
+    points = np.asarray(points, float)
+    hull = ConvexHull(points)
+    renumbered = np.full(len(points), -1)
+    renumbered[hull.vertices] = np.arange(len(hull.vertices))
+    corners, triangles = points[hull.vertices], renumbered[hull.simplices]
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return prepare_hull(corners, triangles)
+
+
+def _hull_tables(a, b):
+    """Tables of the hulls of a pair, one after the other, and the row of the second."""
+    hulls = [placed.hull for placed in (a, b) if placed.hull]
+    rows = np.zeros(max(len(hulls), 1), HULL_ROW)
+    points, faces, corners = [np.zeros((0, 3))], [np.zeros(0, HULL_FACE_ROW)], [np.zeros(0, np.int64)]
+    for index, hull in enumerate(hulls):
+        rows[index] = hull.hull[0]
+        rows[index]["first_vertex"] = sum(map(len, points))
+        rows[index]["first_face"] = sum(map(len, faces))
+        moved = hull.faces.copy()
+        moved["first_corner"] += sum(map(len, corners))
+        points.append(hull.points)
+        faces.append(moved)
+        corners.append(hull.corners)
+    row_b = 1 if a.hull and b.hull else 0
+    return (rows, np.concatenate(points), np.concatenate(faces), np.concatenate(corners)), row_b
 
 
 PAIRS = {
     (SPHERE, SPHERE): sphere_sphere,
     (SPHERE, CAPSULE): sphere_capsule,
     (SPHERE, BOX): sphere_box,
+    (SPHERE, CYLINDER): sphere_cylinder,
     (SPHERE, PLANE): sphere_plane,
+    (CYLINDER, PLANE): cylinder_plane,
     (CAPSULE, CAPSULE): capsule_capsule,
     (CAPSULE, BOX): capsule_box,
     (CAPSULE, PLANE): capsule_plane,
@@ -143,6 +225,17 @@ def collide(a, b, margin):
         for values in (placed.position, np.ravel(placed.rotation), (*placed.size, 0.0, 0.0)[:3]):
             arguments.append(tuple(float(value) for value in values))
     pair = (a.shape, b.shape)
-    scratch = (np.full(SCRATCH_SHAPE, np.nan),) if pair in NEED_SCRATCH else ()
-    count = PAIRS[pair](*arguments, float(margin), contacts, 0, *scratch)
+    scratch = np.full(SCRATCH_SHAPE, np.nan)
+    tables, row_b = _hull_tables(a, b)
+    if pair == (HULL, PLANE):
+        position, rotation, _ = arguments[:3]
+        count = hull_plane(
+            position, rotation, tables[0][0], tables[1], *arguments[3:5], float(margin), contacts, 0, scratch
+        )
+    elif pair in PAIRS:
+        count = PAIRS[pair](*arguments, float(margin), contacts, 0, *((scratch,) if pair in NEED_SCRATCH else ()))
+    else:
+        count = collide_convex(
+            a.shape, *arguments[:3], 0, b.shape, *arguments[3:], row_b, *tables, float(margin), contacts, 0, scratch
+        )
     return contacts[:count]

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the terrain contacts: every triangle against every feature of the shape. Callers of kernels."""
+"""Slow, obvious twins of the terrain contacts: each triangle against each feature of the shape; callers of kernels."""
 
 from __future__ import annotations
 
@@ -94,39 +94,48 @@ def core(shape, size):
     return np.array(size, float), 0.0
 
 
-def _point_triangle(p, triangle):
-    """Distance of points (n, 3) from a triangle (3, 3)."""
-    a, b, c = triangle
+def _dot(a, b):
+    return (a * b).sum(axis=-1)
+
+
+def _point_segment(p, a, b):
+    """Distances of points from segments; the leading dimensions are broadcast."""
+    edge = b - a
+    length = _dot(edge, edge)
+    t = np.clip(_dot(p - a, edge) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    return np.linalg.norm(p - a - t[..., None] * edge, axis=-1)
+
+
+def _point_triangle(p, triangles):
+    """Distances of points (n, 1, 3) from triangles (m, 3, 3): over the inside its plane, else the nearest edge."""
+    a, b, c = (triangles[:, k] for k in range(3))
     normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal)
-    height = (p - a) @ normal
-    foot = p - height[:, None] * normal
-    inside = np.ones(len(p), bool)
-    best = np.full(len(p), np.inf)
+    normal /= np.linalg.norm(normal, axis=-1)[:, None]
+    height = _dot(p - a, normal)
+    foot = p - height[..., None] * normal
+    inside = np.ones(height.shape, bool)
+    best = np.full(height.shape, np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
-        edge = end - start
-        inside &= np.cross(edge, foot - start) @ normal >= 0.0
-        t = np.clip((p - start) @ edge / (edge @ edge), 0.0, 1.0)
-        best = np.minimum(best, np.linalg.norm(p - start - t[:, None] * edge, axis=1))
+        inside &= _dot(np.cross(end - start, foot - start), normal) >= 0.0
+        best = np.minimum(best, _point_segment(p, start, end))
     return np.where(inside, np.abs(height), best)
 
 
 def _segment_segment(p, q, a, b):
-    """Distance of two segments: the nearest of the four ends, and of the inner points if they face each other."""
+    """Distances of segments: the nearest of the four ends, and of the inner points if they face each other."""
     u, v = q - p, b - a
-    best = np.inf
-    for point, start, direction in ((p, a, v), (q, a, v), (a, p, u), (b, p, u)):
-        length = direction @ direction
-        t = np.clip((point - start) @ direction / length, 0.0, 1.0) if length > 0.0 else 0.0
-        best = min(best, np.linalg.norm(point - start - t * direction))
+    best = np.minimum(
+        np.minimum(_point_segment(p, a, b), _point_segment(q, a, b)),
+        np.minimum(_point_segment(a, p, q), _point_segment(b, p, q)),
+    )
     normal = np.cross(u, v)
-    squared = normal @ normal
-    if squared > 1e-24:
-        s = np.cross(a - p, v) @ normal / squared
-        t = np.cross(a - p, u) @ normal / squared
-        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            best = min(best, abs((a - p) @ normal) / np.sqrt(squared))
-    return best
+    squared = _dot(normal, normal)
+    crossing = squared > 1e-24
+    squared = np.where(crossing, squared, 1.0)
+    s = _dot(np.cross(a - p, v), normal) / squared
+    t = _dot(np.cross(a - p, u), normal) / squared
+    crossing &= (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
+    return np.where(crossing, np.minimum(best, np.abs(_dot(a - p, normal)) / np.sqrt(squared)), best)
 
 
 def distance(shape, position, rotation, size, triangles):
@@ -140,14 +149,14 @@ def distance(shape, position, rotation, size, triangles):
         for s, t in itertools.combinations(corners, 2)
         if sum(x != y for x, y in zip(s, t, strict=True)) == 1
     ]
-    best = np.inf
-    for triangle in triangles:
-        best = min(best, _point_triangle(points, triangle).min())
-        local = (triangle - position) @ frame
-        best = min(best, np.linalg.norm(local - np.clip(local, -half, half), axis=1).min())
-        for (p, q), k in itertools.product(edges, range(3)):
-            best = min(best, _segment_segment(p, q, triangle[k], triangle[(k + 1) % 3]))
-    return best - radius
+    start, end = (np.array([edge[k] for edge in edges])[:, None] for k in range(2))
+    local = (triangles.reshape(-1, 3) - position) @ frame
+    sides = np.roll(triangles, -1, axis=1)
+    return -radius + min(
+        _point_triangle(points[:, None], triangles).min(),
+        np.linalg.norm(local - np.clip(local, -half, half), axis=1).min(),
+        _segment_segment(start, end, triangles.reshape(-1, 3), sides.reshape(-1, 3)).min(),
+    )
 
 
 def plane_contacts(shape, position, rotation, size, margin):

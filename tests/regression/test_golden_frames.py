@@ -1,7 +1,7 @@
 """Frames as they were when somebody last looked at them and found them good.
 
-The pictures lie in ``golden_frames``. After a change that is meant, write them anew, look at them, and say why they changed
-in the changelog:
+The pictures lie in ``golden_frames``. After a change that is meant, write them anew, look at them, and say why they
+changed in the changelog:
 
     python tests/regression/test_golden_frames.py
 """
@@ -35,8 +35,8 @@ from avalanche_gym.rendering import (
 
 FOLDER = Path(__file__).parent / "golden_frames"
 WIDTH, HEIGHT = 192, 144
-# Bytes by which a colour may differ, and the share of pixels that may differ by more: room for another processor's sine and
-# cosine, which can move an edge by a pixel here and there, and for nothing that is seen.
+# Bytes by which a colour may differ, and the share of pixels that may differ by more: room for another processor's sine
+# and cosine, which can move an edge by a pixel here and there, and for nothing that is seen.
 TOLERANCE, EXCEPTIONS = 3, 0.005
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)

@@ -167,9 +167,7 @@ def test_units_do_not_matter():
     x, v, mu, h = np.array([1.0, 0.3, -0.2]), np.array([0.1, 0.9, 0.4]), 1.3, 0.7
     start = kepler.advance(tuple(x), tuple(v), mu, h)
     for length, time in ((2.0**40, 2.0**20), (2.0**-30, 2.0**-100)):
-        scaled = kepler.advance(
-            tuple(x * length), tuple(v * length / time), mu * length**3 / time**2, h * time
-        )
+        scaled = kepler.advance(tuple(x * length), tuple(v * length / time), mu * length**3 / time**2, h * time)
         np.testing.assert_array_equal(np.array(scaled[0]) / length, start[0])
         np.testing.assert_array_equal(np.array(scaled[1]) / length * time, start[1])
 

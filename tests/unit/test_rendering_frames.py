@@ -68,7 +68,7 @@ def sample_frame(renderer=None):
     return renderer.render(sample_view(), Camera.orbit((0.0, 0.0, 0.3), 9.0, -50.0, 30.0), overlays)
 
 
-# --- Colours -----------------------------------------------------------------------------------------------------------
+# --- Colours ----------------------------------------------------------------------------------------------------------
 
 
 def test_srgb_round_trip():
@@ -117,7 +117,7 @@ def test_far_surfaces_fade_into_the_horizon():
     assert (np.diff(column[1:]) >= -1.0).all()
 
 
-# --- Shadows -----------------------------------------------------------------------------------------------------------
+# --- Shadows ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_shadow_lies_where_the_sun_puts_it():
@@ -182,7 +182,7 @@ def test_static_shadows_follow_what_static_things_do():
     assert (hidden != renderer.render(SceneView(visuals), camera)).any()
 
 
-# --- Transparency and overlays -----------------------------------------------------------------------------------------
+# --- Transparency and overlays ----------------------------------------------------------------------------------------
 
 
 def test_a_translucent_body_is_the_mean_of_itself_and_what_lies_behind():
@@ -258,7 +258,7 @@ def test_markers_are_seen_through():
     assert (marked[0] == bare[0]).all()
 
 
-# --- Poses, heights, sizes ---------------------------------------------------------------------------------------------
+# --- Poses, heights, sizes --------------------------------------------------------------------------------------------
 
 
 def test_removed_bodies_are_not_drawn():
@@ -335,7 +335,7 @@ def test_an_empty_view_shows_the_sky():
         assert frame.std() > 0.5
 
 
-# --- The same bytes everywhere -----------------------------------------------------------------------------------------
+# --- The same bytes everywhere ----------------------------------------------------------------------------------------
 
 
 def test_frames_do_not_depend_on_what_was_drawn_before():
@@ -366,7 +366,7 @@ def test_processes_draw_the_same_bytes():
     assert len(hashes) == 1
 
 
-# --- Tiles -------------------------------------------------------------------------------------------------------------
+# --- Tiles ------------------------------------------------------------------------------------------------------------
 
 
 def test_tiles_keep_each_frame_in_its_place():

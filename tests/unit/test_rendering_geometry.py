@@ -82,11 +82,9 @@ def test_normals_of_a_slope_are_those_of_the_plane():
 
 
 def test_a_crease_divides_and_a_gentle_bend_does_not():
-    box = shapes.TriangleMesh(
-        [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)],
-        [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4)]
-        + [(1, 5, 7), (1, 7, 3)],
-    )
+    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
+    faces += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+    box = shapes.TriangleMesh([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], faces)
     flat = geometry_of(box)
     assert len(flat.vertices) == 24
     assert np.isin(np.abs(flat.normals).round(9), (0.0, 1.0)).all()
@@ -134,7 +132,7 @@ def test_only_shapes_have_a_mesh():
         geometry_of("sphere")
 
 
-# --- Cameras -----------------------------------------------------------------------------------------------------------
+# --- Cameras ----------------------------------------------------------------------------------------------------------
 
 
 def pixel_of(camera, point, width=640, height=480):

@@ -4,11 +4,10 @@ import subprocess
 import sys
 
 import numpy as np
+import pygame
 import pytest
 
 from avalanche_gym.rendering import Window
-
-pygame = pytest.importorskip("pygame")
 
 
 @pytest.fixture

@@ -116,7 +116,6 @@ def test_quaternions_near_unit_norm_are_normalised():
     assert np.linalg.norm(body.orientation) == pytest.approx(1.0, abs=1e-15)
 
 
-
 @pytest.mark.parametrize(
     ("shape", "arguments", "texts"),
     [

@@ -100,7 +100,9 @@ def test_center_of_mass_and_principal_frame_round_trip():
 def test_kinematic_bodies_turn_about_their_origin_until_set_again(world):
     world.step(100)
     assert world.position[0, PADDLE] == pytest.approx([20, 1, 0], abs=1e-12)
-    assert world.orientation[0, PADDLE] == pytest.approx([math.cos(math.pi / 4), 0, 0, math.sin(math.pi / 4)], abs=1e-12)
+    assert world.orientation[0, PADDLE] == pytest.approx(
+        [math.cos(math.pi / 4), 0, 0, math.sin(math.pi / 4)], abs=1e-12
+    )
     world.set_state(PADDLE, linear_velocity=(0, 0, 0), angular_velocity=(0, 0, 0), world=0)
     before = world.position[:, PADDLE].copy()
     world.step(10)
@@ -173,7 +175,11 @@ def test_quaternions_within_1e_6_are_normalised_others_refused(world):
         (lambda w: w.set_state(3, position=(0, 0, 0)), IndexError, ["body=3", "0 to 2"]),
         (lambda w: w.set_state(-1, position=(0, 0, 0)), IndexError, ["body=-1", "0 to 2"]),
         (lambda w: w.set_state(BOX, position=(0, 0, 0), world=3), IndexError, ["world=3", "0 to 2"]),
-        (lambda w: w.set_state(BOX, position=(0, 0, 0), world=[0, 1]), TypeError, ["world=[0, 1]", "mask of shape (3,)"]),
+        (
+            lambda w: w.set_state(BOX, position=(0, 0, 0), world=[0, 1]),
+            TypeError,
+            ["world=[0, 1]", "mask of shape (3,)"],
+        ),
         (lambda w: w.set_state(BOX, position=(0, 0, 0), world=True), TypeError, ["world=True", "mask of shape (3,)"]),
         (lambda w: w.set_state(BOX, position=(0, 0)), ValueError, ["set_state(position)", "(2,)", "(3,) or (3, 3)"]),
         (lambda w: w.set_state(BOX, position=(0, 0, math.nan)), ValueError, ["set_state(position)", "nan", "finite"]),

@@ -140,7 +140,7 @@ class PlanetLandingEnv(SingleEnv):
       the ground,
     - `fuel`: -0.05 per m/s of fuel burnt,
     - `time`: -0.03 for each step,
-    - `rest`: 0.3 for each step at rest,
+    - `rest`: 0.3 for each step of a rest, taken back when the rest is broken,
     - `success`: 15, `crash`: -10, `escape`: -10.
 
     ## Starting State

@@ -4,7 +4,7 @@ shaping   increase of the potential since the last step: lower, closer to the ve
           upright and with less spin, closer to the site if there is one, and more feet on the ground
 fuel      minus what was burnt
 time      minus a little for each step, so that hovering does not pay
-rest      for each control step at rest on the ground
+rest      for each control step of a rest, taken back when the rest is broken
 success   once
 crash     once, when the lander touches too fast or topples
 escape    once, when it leaves the planet
@@ -83,6 +83,7 @@ def judge(lander, lanes, position, orientation, linear_velocity, angular_velocit
         resting = is_resting(lane, place, q, spin)
         if lane.site_radius > 0.0:
             resting = resting and vec3.norm(way_to_site(lane, vec3.normalize(place))) < lane.site_radius
+        before = lane.rest
         lane.rest = lane.rest + 1 if resting else 0
         crashed = lane.crashed == 1
         escaped = lane.altitude > ESCAPE_ALTITUDE
@@ -91,7 +92,7 @@ def judge(lander, lanes, position, orientation, linear_velocity, angular_velocit
         row[0] = potential - lane.potential
         row[1] = FUEL * lane.burnt
         row[2] = TIME
-        row[3] = REST if resting else 0.0
+        row[3] = REST * (lane.rest - before)
         row[4] = SUCCESS if success[number] else 0.0
         row[5] = CRASH if crashed else 0.0
         row[6] = ESCAPE if escaped else 0.0

@@ -19,6 +19,8 @@ Contacts that stay open by more than SLACK of the smaller body are dropped.
 
 from __future__ import annotations
 
+import math
+
 from ..jit import kernel
 from ..maths import quat, vec3
 
@@ -93,11 +95,13 @@ def release_lasting(contacts, num_contacts):
 
 
 @kernel
-def prepare_impacts(starts, contacts, num_contacts):
+def prepare_impacts(starts, time_step, contacts, num_contacts):
     """Turn each new contact that closed into an impact; return how many there were.
 
     The first solve brought it to gap 0. Its velocity must now not approach, or leave with the restitution times the speed
-    of approach. A contact whose approach is only what the fields gave it in this step rests: it does not bounce.
+    of approach v at the instant of touch: v^2 = v_0^2 - 2 a gap, with the speed v_0 at the start of the step and the
+    acceleration a within it. At gap 0 that speed has the energy of the flight, so that no bounce gains any. A contact
+    whose approach is only what the fields gave it in this step rests: it does not bounce.
     """
     count = 0
     for index in range(num_contacts):
@@ -108,8 +112,11 @@ def prepare_impacts(starts, contacts, num_contacts):
         point = vec3.load(contact.position)
         before = vec3.sub(point_velocity(starts[contact.body_b], point), point_velocity(starts[contact.body_a], point))
         approach = vec3.dot(normal, vec3.add(before, vec3.load(contact.surface_velocity)))
-        bounces = -approach > abs(contact.free - approach)
-        contact.bias = contact.restitution * contact.free if bounces else 0.0
+        gained = contact.free - approach
+        contact.bias = 0.0
+        if -approach > abs(gained):
+            square = approach * approach - 2.0 * gained / time_step * max(contact.start_gap, 0.0)
+            contact.bias = -contact.restitution * math.sqrt(max(square, 0.0))
         count += 1
     return count
 

@@ -11,22 +11,23 @@ without a search for t0:
 
     x(h) = (x p2 p3 + a y z p1) / (p1^2 - w1),    p_i = sqrt(wp(h) - e_i),    and so on in turn,
 
-with the same denominator for all three (the p_i are ns, ds and cs of Jacobi; Whittaker and Watson, sec. 22.2 and 22.351).
-No amplitude or phase is solved for, so nothing fails where two moments meet, at the separatrix or on an axis. wp(h) comes
-from its Laurent series, and everything is evaluated as an increment: small steps lose nothing to cancellation.
+with the same denominator for all three (the p_i are ns, ds and cs of Jacobi; Whittaker and Watson, sec. 22.2 and
+22.351). No amplitude or phase is solved for, so nothing fails where two moments meet, at the separatrix or on an axis.
+wp(h) comes from its Laurent series, and everything is evaluated as an increment: small steps lose nothing to
+cancellation.
 
-*The orientation.* R(h) = R(0) exp(psi l0) M, where M is the smallest rotation from l(h) to l0: the angular momentum in the
-world stays whatever psi is. The angle obeys (compare Celledoni, Fasso, Saefstroem and Zanna 2008, "The exact computation of
-the free rigid body motion", sec. 3, where a fixed axis takes the place of l0)
+*The orientation.* R(h) = R(0) exp(psi l0) M, where M is the smallest rotation from l(h) to l0: the angular momentum in
+the world stays whatever psi is. The angle obeys (compare Celledoni, Fasso, Saefstroem and Zanna 2008, "The exact
+computation of the free rigid body motion", sec. 3, where a fixed axis takes the place of l0)
 
     psi' = Lambda (d l).(l + l0) / (1 + l.l0) = Lambda (d2 + (2 kappa + nu) / (2 + mu)),
 
-kappa = l0.(D l0), nu = l0.D (l - l0), mu = l0.(l - l0), D = d - d2. Hence psi = Lambda h (d2 + kappa) plus the integral of
-Lambda (nu - kappa mu) / (2 + mu), which is small and left to Gauss's rule.
+kappa = l0.(D l0), nu = l0.D (l - l0), mu = l0.(l - l0), D = d - d2. Hence psi = Lambda h (d2 + kappa) plus the integral
+of Lambda (nu - kappa mu) / (2 + mu), which is small and left to Gauss's rule.
 
-*Range.* lambda = sqrt(largest |w_i - w_j|) bounds |l'| by sqrt(2) lambda, and the poles of l are at least pi / (2 lambda)
-from the real axis: a bound on lambda h alone bounds every error, for all bodies. Longer steps are cut into pieces; whole
-periods are taken at once.
+*Range.* lambda = sqrt(largest |w_i - w_j|) bounds |l'| by sqrt(2) lambda, and the poles of l are at least
+pi / (2 lambda) from the real axis: a bound on lambda h alone bounds every error, for all bodies. Longer steps are cut
+into pieces; whole periods are taken at once.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ import math
 import numpy as np
 
 from ..jit import kernel
-from ..maths import mat3, quat, vec3
+from ..maths import quat, vec3
 from .rotation import add_normalized, half_turn
 
 # Largest lambda h of one piece of a step: the series of wp and the five nodes leave less than 1e-17 of l and of psi.
@@ -63,7 +64,10 @@ def invariants(l, abc):
 
 @kernel
 def period(w):
-    """Time [s] after which l returns: 2 pi / agm(sqrt(w_max - w_min), sqrt(w_mid - w_min)); infinite on the separatrix."""
+    """Time [s] after which l returns; infinite on the separatrix.
+
+    4 K(k) / lambda = 2 pi / agm(sqrt(w_max - w_min), sqrt(w_mid - w_min)) (Abramowitz and Stegun, 17.6.3).
+    """
     low = min(w[0], w[1], w[2])
     x = w[0] - low
     y = w[1] - low
@@ -142,12 +146,11 @@ def advance_pieces(q, l, abc, reference, duration):
     """
     remaining = duration
     for _ in range(MAX_PIECES):
-        x, y, z = l
         w, rate = invariants(l, abc)
-        # Lambda D l0, as Lambda (d1 - d2) = -c and Lambda (d3 - d2) = a.
-        gx = -abc[2] * x
-        gz = abc[0] * z
-        kappa = gx * x + gz * z
+        # Lambda D l0, as Lambda (d1 - d2) = -c and Lambda (d3 - d2) = a; kappa and the integrand with that factor too.
+        gx = -abc[2] * l[0]
+        gz = abc[0] * l[2]
+        kappa = gx * l[0] + gz * l[2]
         # Turning about a principal axis, all of the time at once.
         if (w[0] == 0.0) + (w[1] == 0.0) + (w[2] == 0.0) >= 2:
             return turn_about(q, l, vec3.ZERO, remaining * (reference + kappa)), l

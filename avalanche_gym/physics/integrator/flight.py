@@ -1,7 +1,7 @@
 """Free flight of a body: exact motion between contacts, whatever the time step.
 
-A body carries only what it needs: ``BODY.flow`` names the cheapest flow that is exact for its rotation, and the fields of
-the scene decide how its centre of mass moves:
+A body carries only what it needs: ``BODY.flow`` names the cheapest flow that is exact for its rotation, and the fields
+of the scene decide how its centre of mass moves:
 
 * uniform fields and the held force: one parabola;
 * one point field and nothing else: one Kepler arc;
@@ -31,8 +31,8 @@ from .fields import field_acceleration
 from .momentum import angular_velocity_of, load_momentum, store_momentum
 from .rotation import advance_steady, advance_symmetric
 
-# Two moments of inertia whose difference is below this share of the largest are equal but for the round-off of computing
-# them. Taking them as equal turns the body wrong by at most this share of the angle it turns.
+# Two moments of inertia whose difference is below this share of the largest are equal but for the round-off of
+# computing them. Taking them as equal turns the body wrong by at most about this share of the angle it turns.
 EQUAL_MOMENTS = 4e-15
 
 
@@ -57,7 +57,10 @@ def flow_class(inertia: Sequence[float]) -> int:
 
 @kernel
 def weaker_acceleration(fields, strongest, uniform, position):
-    """Acceleration [m/s^2] by all point fields but number ``strongest``, and by ``uniform`` if there is such a number."""
+    """Acceleration [m/s^2] by all that does not lead.
+
+    With a field of number ``strongest``: the other point fields and ``uniform``; without one: the point fields.
+    """
     total = uniform if strongest < fields.shape[0] else vec3.ZERO
     for i in range(fields.shape[0]):
         if i != strongest and fields[i].kind != UNIFORM_GRAVITY:
@@ -110,10 +113,10 @@ def advance_center(position, velocity, acceleration, fields, time_step):
 def fly(state_in, body, fields, time_step, state_out):
     """Advance one body by ``time_step`` [s], of either sign, of motion without contact.
 
-    ``state_in`` and ``state_out`` are BODY_STATE records and may be the same; ``body`` is its BODY record; ``fields`` is a
-    1-D array of FIELD. A dynamic body moves under the fields and its held force and torque, a kinematic one keeps its
-    velocities, a static one its place. A state without a defined future (at the very centre of a point field, beyond the
-    range of floats) comes out not finite.
+    ``state_in`` and ``state_out`` are BODY_STATE records and may be the same; ``body`` is its BODY record; ``fields``
+    is a 1-D array of FIELD. A dynamic body moves under the fields and its held force and torque, a kinematic one keeps
+    its velocities, a static one its place. A state without a defined future (at the very centre of a point field,
+    beyond the range of floats) comes out not finite.
     """
     position = vec3.load(state_in.center)
     velocity = vec3.load(state_in.velocity)

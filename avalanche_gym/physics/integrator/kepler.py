@@ -8,10 +8,10 @@ where G_n(X) = X^n c_n(beta X^2), c_n(z) = sum_k (-z)^k / (n + 2k)!, and the sta
 
     x' = x - (mu G2 / r0) x + (h - mu G3) v,               v' = v - (mu G1 / (r0 r)) x - (mu G2 / r) v.
 
-One set of formulas holds for ellipse, parabola, hyperbola and the radial fall (which turns round at the centre: the limit
-of ever thinner ellipses), and for a repelling centre. Wisdom and Hernandez 2015, "A fast and accurate universal Kepler
-solver without Stumpff series", sec. 2; the series below is used where theirs would cancel (|z| < 2).
-Written as increments, the formulas add nothing to the round-off of the last sum while steps are small against the period.
+One set of formulas holds for ellipse, parabola, hyperbola and the radial fall (which turns round at the centre: the
+limit of ever thinner ellipses), and for a repelling centre. Wisdom and Hernandez 2015, "A fast and accurate universal
+Kepler solver without Stumpff series", sec. 2; the series below is used where their closed forms would cancel. Written
+as increments, the formulas add nothing to the round-off of the last sum while steps are small against the period.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ SHORT_TERMS = 5
 CONVERGED = 1e-6
 # Where r comes out below this share of its terms it has lost six bits: then the arc is measured from its pericentre.
 CANCELLED = 1.0 / 64.0
-# 2 to 15 do. Only a passage close to the centre needs more, because its sums cancel: it is taken up from its pericentre,
-# where 7 do.
+# 2 to 15 do. Only a passage close to the centre needs more, because its sums cancel: it is taken up from its
+# pericentre, where 7 do.
 MAX_ITERATIONS = 50
 
 

@@ -1,8 +1,8 @@
 """Angular momentum of a body: what free rotation keeps, and what its angular velocity is computed from.
 
-L = R I R^T omega. Computing it anew from the angular velocity of each step rounds it in each step; these errors add up and
-shift the period of a tumbling body. So the state keeps L beside omega, and L holds as long as omega is, bit for bit, the one
-computed from it: whoever changes the angular velocity or the orientation need not know of L.
+L = R I R^T omega. Computing it anew from the angular velocity of each step rounds it in each step; these errors add up
+and shift the period of a tumbling body. So the state keeps L beside omega, and L holds as long as omega is, bit for
+bit, the one computed from it: whoever changes the angular velocity or the orientation need not know of L.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Free rotation of a sphere and of a body with an axis of symmetry: closed forms.
 
-Every flow takes and returns the orientation q (principal frame to world). A turn is applied as an increment of q, so that
-a small one adds only the round-off of the last sum.
+Every flow takes and returns the orientation q (principal frame to world). A turn is applied as an increment of q, so
+that a small one adds only the round-off of the last sum.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def add_normalized(q, change):
 
 @kernel
 def advance_steady(q, angular_velocity, time_step):
-    """Orientation after a steady turn with ``angular_velocity`` [rad/s] in the world frame: a free sphere, a kinematic body."""
+    """Orientation of a body that turns steadily, as a free sphere does; ``angular_velocity`` [rad/s] in the world."""
     return add_normalized(q, quat.multiply(turn(vec3.scale(time_step, angular_velocity)), q))
 
 
@@ -51,8 +51,8 @@ def advance_steady(q, angular_velocity, time_step):
 def advance_symmetric(q, momentum, inertia, time_step):
     """Orientation of a free body with two equal moments I1 and the angular momentum L [kg m^2/s] in the world frame.
 
-    With the axis of symmetry e and its moment I3, angular velocity = L / I1 + s e, s = (1 / I3 - 1 / I1) L.e constant: a
-    steady turn about e in the body and one about L in the world (Landau and Lifshitz, Mechanics, sec. 33).
+    With the axis of symmetry e and its moment I3 the angular velocity is L / I1 + s e, s = (1 / I3 - 1 / I1) L.e
+    constant: a steady turn about e in the body and one about L in the world (Landau and Lifshitz, Mechanics, sec. 33).
     """
     # The moment that differs most from the other two belongs to the axis of symmetry.
     i1, i2, i3 = inertia

@@ -242,7 +242,7 @@ def face_manifold(
         return count, False
     size = half_a[0] + half_a[1] + half_a[2] + half_b[0] + half_b[1] + half_b[2]
     tolerance = FLUSH * size
-    center_a = vec3.sub(r, r)
+    center_a = vec3.ZERO
     if cosine_b > cosine_a + REFERENCE_BIAS:
         sense = -1.0
         origin, u, v, w, half_u, half_v = face_frame(r, rotation_b, half_b, face_b)
@@ -319,7 +319,7 @@ def box_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, marg
         distance = separation_a
         normal = vec3.scale(math.copysign(1.0, offset[axis_a]), mat3.column(rotation_a, axis_a))
     point_a = point_b = r
-    code = pair - pair - 1
+    code = np.int64(-1)
     if separation_edges > distance + AXIS_BIAS * size:
         normal_edges, distance, point_a, point_b, crosses = edge_crossing(
             rotation_a, size_a, rotation_b, size_b, r, pair, r

@@ -1,8 +1,8 @@
 """Cylinder against sphere and plane, in closed form.
 
-Lying, a cylinder touches a plane at the lowest points of both ends. Standing, it does so around the rim of its lower cap:
-tilted, at the lowest point and a quarter and half a turn from it, which roll with the tilt; flat, at four points fixed to
-the cylinder, because the lowest one is then up to round-off.
+Lying, a cylinder touches a plane at the lowest points of both ends. Standing, it does so around the rim of its lower
+cap: tilted, at the lowest point and a quarter and half a turn from it, which roll with the tilt; flat, at four points
+fixed to the cylinder, because the lowest one is then up to round-off.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ def sphere_cylinder(position_a, rotation_a, size_a, position_b, rotation_b, size
 def rim_direction(local, k):
     """Direction (x, y) of point k of a rim for a unit direction in the cylinder's frame, and its feature.
 
-    Tilted: 0 is the furthest point in that direction, the others follow in quarter turns; k = 4 there is none. Flat: 0 to 3
-    are fixed, and 4 is the furthest point.
+    Tilted: 0 is the furthest point in that direction, the others follow in quarter turns; k = 4 there is none. Flat: 0
+    to 3 are fixed, and 4 is the furthest point.
     """
     tilt = math.sqrt(local[0] * local[0] + local[1] * local[1])
     end = 1 if local[2] > 0.0 else 0

@@ -1,12 +1,12 @@
 """Depth of two overlapping convex cores: the face of their Minkowski difference nearest to the origin.
 
 A polytope inside the difference b - a grows by the support point over its face of least distance from the origin, until
-that face is one of the difference itself (van den Bergen 2001, "Proximity queries and penetration depth computation on 3D
-game objects"). It starts from four extreme points rather than from the simplex of GJK: so it needs no origin inside, and
-serves for cores that just touch, too. Distances are then signed.
+that face is one of the difference itself (van den Bergen 2001, "Proximity queries and penetration depth computation on
+3D game objects"). It starts from four extreme points rather than from the simplex of GJK: so it needs no origin inside,
+and serves for cores that just touch, too. Distances are then signed.
 
-Scratch rows: 0 to 63 the points (columns as in gjk.py), from 64 the faces (outward normal, distance, three corners), from 192
-the edges of the hole that a new point tears.
+Scratch rows: 0 to 63 the points (columns as in gjk.py), from 64 the faces (outward normal, distance, three corners),
+from 192 the edges of the hole that a new point tears.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ NORMAL, DISTANCE, CORNER = 0, 3, 4
 
 # A support point this close to a face, as a fraction of the pair's size, is in its plane: the face is final.
 FLAT = 1e-13
+
+# Faces this close to the nearest one, as a fraction of the pair's size, may be parts of the same face of the difference.
+SAME_PLANE = 1e-10
 
 # Triangles of less area than this fraction of the squared size have no normal and are passed over.
 NO_AREA = 1e-13
@@ -132,6 +135,26 @@ def _grow(scratch, faces, new, size):
 
 
 @kernel
+def _point_on_a(scratch, faces, nearest, size):
+    """The point of a under the nearest face: of all triangles in its plane, that on which the origin's foot lies."""
+    smallest = math.inf
+    on_a = vec3.ZERO
+    for row in range(FIRST_FACE, FIRST_FACE + faces):
+        face = scratch[row]
+        if face[DISTANCE] <= scratch[nearest, DISTANCE] + SAME_PLANE * size:
+            i, j, k = int(face[CORNER]), int(face[CORNER + 1]), int(face[CORNER + 2])
+            p, q, r = simplex_point(scratch, i), simplex_point(scratch, j), simplex_point(scratch, k)
+            w_i, w_j, w_k = nearest_on_triangle(p, q, r)
+            foot = vec3.add_scaled(vec3.add_scaled(vec3.scale(w_i, p), w_j, q), w_k, r)
+            if vec3.norm_squared(foot) < smallest:
+                smallest = vec3.norm_squared(foot)
+                on_a = vec3.scale(w_i, vec3.load(scratch[i, 3:]))
+                on_a = vec3.add_scaled(on_a, w_j, vec3.load(scratch[j, 3:]))
+                on_a = vec3.add_scaled(on_a, w_k, vec3.load(scratch[k, 3:]))
+    return on_a
+
+
+@kernel
 def deepest_points(a, b, points, size, scratch):
     """Signed distance of cores that touch or overlap, unit normal from a to b, and the point of a: the least overlap.
 
@@ -164,14 +187,4 @@ def deepest_points(a, b, points, size, scratch):
             break
         faces = grown
         count += 1
-    face = scratch[nearest]
-    normal = vec3.load(face)
-    i, j, k = int(face[CORNER]), int(face[CORNER + 1]), int(face[CORNER + 2])
-    w_i, w_j, w_k = nearest_on_triangle(
-        simplex_point(scratch, i), simplex_point(scratch, j), simplex_point(scratch, k)
-    )
-    on_a = vec3.scale(w_i, vec3.load(scratch[i, 3:]))
-    on_a = vec3.add_scaled(on_a, w_j, vec3.load(scratch[j, 3:]))
-    on_a = vec3.add_scaled(on_a, w_k, vec3.load(scratch[k, 3:]))
-    # The nearest boundary of b - a lies along ``normal``: moving b by the distance against it parts them.
-    return -face[DISTANCE], vec3.neg(normal), on_a
+    return -scratch[nearest, DISTANCE], vec3.neg(vec3.load(scratch[nearest])), _point_on_a(scratch, faces, nearest, size)

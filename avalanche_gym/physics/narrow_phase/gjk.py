@@ -1,9 +1,9 @@
 """Distance of two convex cores by their support points alone.
 
-The closest points belong to the point v of the Minkowski difference b - a that is nearest to the origin. A simplex of up to
-four of its points is improved by the support point against v until that is no nearer (Gilbert, Johnson & Keerthi 1988); the
-nearest point of the simplex follows by the regions of a triangle (Ericson 2005, sec. 5.1.5). Where it lies inside a
-triangle, the normal is the triangle's, which stays sharp however small the distance is.
+The closest points belong to the point v of the Minkowski difference b - a that is nearest to the origin. A simplex of
+up to four of its points is improved by the support point against v until that is no nearer (Gilbert, Johnson & Keerthi
+1988); the nearest point of the simplex follows by the regions of a triangle (Ericson 2005, sec. 5.1.5). Where it lies
+inside a triangle, the normal is the triangle's, which stays sharp however small the distance is.
 
 Scratch rows 0 to 3 hold the simplex: columns 0 to 2 the point of the difference, 3 to 5 that of a, 6 its weight.
 """
@@ -102,8 +102,8 @@ def _copy_row(scratch, source, target):
 def reduce_simplex(scratch, count):
     """Keep the part of the simplex on which its nearest point to the origin lies; new count, that point, its direction.
 
-    Weights go into column 6. A count of 4 says that the origin is inside. The direction is the unit normal of a triangle,
-    or the point itself, not of unit length, if it lies on an edge or vertex.
+    Weights go into column 6. A count of 4 says that the origin is inside. The direction is the unit normal of a
+    triangle, or the point itself, not of unit length, if it lies on an edge or vertex.
     """
     i, j, k = 0, 1, 2
     w_i, w_j, w_k = 1.0, 0.0, 0.0
@@ -176,8 +176,8 @@ def point_on_a(scratch, count):
 def closest_points(a, b, points, shift, start, size, margin, scratch):
     """Distance of a and b + shift: status, distance, unit normal from a to b, closest point of a.
 
-    ``start`` a direction from a to b to begin with; ``size`` of the pair [m]. If TOUCHING, the other values mean nothing.
-    Beyond ``margin``, a lower bound of the distance is returned as soon as it is known.
+    ``start`` a direction from a to b to begin with; ``size`` of the pair [m]. If TOUCHING, the other values mean
+    nothing. Beyond ``margin``, a lower bound of the distance is returned as soon as it is known.
     """
     v = start
     if vec3.norm_squared(v) == 0.0:

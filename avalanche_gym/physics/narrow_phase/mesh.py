@@ -39,7 +39,8 @@ from .terrain_shape import (
 from .triangle import EDGE, REGION_SLACK, VERTEX, closest_point, in_prism
 
 # Rows of the scratch table: for each corner the nearest point of the surface if the corner is inside, else the
-# corner; the square of the distance to the surface; whether the corner is behind a face. Then faces, eight a row.
+# corner; the square of the distance to the surface; whether the corner is behind a face; whether it is inside. Then
+# faces, eight a row.
 BASE_ROW = FIRST_FREE_ROW
 FACE_ROW = FIRST_FREE_ROW + 8
 # Most rows that an edge and a vertex add to the list of features.
@@ -164,6 +165,7 @@ def _corners_against_face(vertices, faces, face, side, stage, num_corners, scrat
                     scratch[row, 3] = square
                     inside = _is_inside(vertices, faces, face, side, p, nearest, lies_on)
                     put(scratch, row, 0, nearest if inside else p)
+                    scratch[row, 5] = 1.0 if inside else 0.0
         elif height <= reach:
             base = get(scratch, row, 0)
             over = vec3.dot(n, vec3.sub(base, a))
@@ -176,33 +178,63 @@ def _corners_against_face(vertices, faces, face, side, stage, num_corners, scrat
 
 
 @kernel
-def _push_out(vertices, faces, nodes, scratch):
-    """A shape with its middle deep in a solid: one candidate, towards the nearest point of the surface."""
-    center = get(scratch, CENTER_ROW, 0)
-    best = math.inf
-    normal = vec3.ZERO
-    inside = False
-    node = leaf_near(nodes, center)
-    bounded = False
+def nearest_face(vertices, faces, nodes, p, best):
+    """The face nearest to p, if one is nearer than the square root of ``best`` [m^2].
+
+    Returns:
+        Its index, or -1; the nearest point and what it lies on.
+    """
+    found = -1
+    point = p
+    feature = 0
+    node = 0
     while node < nodes.shape[0]:
         here = nodes[node]
-        if box_distance_squared(here, center) >= best:
+        if box_distance_squared(here, p) >= best:
             node = int(here.skip)
             continue
         for index in range(here.first, here.first + here.count):
-            face = faces[index]
-            a, b, c = corners_of(vertices, face)
-            nearest, lies_on = closest_point(center, a, b, c)
-            square = vec3.norm_squared(vec3.sub(center, nearest))
+            a, b, c = corners_of(vertices, faces[index])
+            nearest, lies_on = closest_point(p, a, b, c)
+            square = vec3.norm_squared(vec3.sub(p, nearest))
             if square < best:
                 best = square
-                inside = _is_inside(vertices, faces, face, 1.0, center, nearest, lies_on)
-                normal = vec3.sub(nearest, center)
-        node = node + 1 if bounded else 0
-        bounded = True
-    if not inside or best == 0.0:
+                found = index
+                point = nearest
+                feature = lies_on
+        node += 1
+    return found, point, feature
+
+
+@kernel
+def _confirm_inside(vertices, faces, nodes, two_sided, num_corners, scratch):
+    """Corners that seem to be inside from the listed faces: the nearest face may not be among these."""
+    center = get(scratch, CENTER_ROW, 0)
+    for corner in range(num_corners):
+        row = BASE_ROW + corner
+        if scratch[row, 5] == 1.0:
+            p = get(scratch, CORNER_ROW + corner, 0)
+            index, nearest, lies_on = nearest_face(vertices, faces, nodes, p, scratch[row, 3])
+            if index >= 0:
+                face = faces[index]
+                a = vec3.load(vertices[face.vertices[0]].position)
+                behind = two_sided and vec3.dot(vec3.load(face.normal), vec3.sub(center, a)) < 0.0
+                inside = _is_inside(vertices, faces, face, -1.0 if behind else 1.0, p, nearest, lies_on)
+                put(scratch, row, 0, nearest if inside else p)
+
+
+@kernel
+def _push_out(vertices, faces, nodes, scratch):
+    """A shape with its middle deep in a solid: one candidate, towards the nearest point of the surface."""
+    center = get(scratch, CENTER_ROW, 0)
+    # Any vertex near by gives the search its bound; a little more, to find at least that one.
+    near = vertices[faces[nodes[leaf_near(nodes, center)].first].vertices[0]]
+    bound = 1.001 * vec3.norm_squared(vec3.sub(center, vec3.load(near.position)))
+    index, nearest, lies_on = nearest_face(vertices, faces, nodes, center, bound)
+    if index < 0 or not _is_inside(vertices, faces, faces[index], 1.0, center, nearest, lies_on):
         return 0
-    depth = math.sqrt(best)
+    normal = vec3.sub(nearest, center)
+    depth = vec3.norm(normal)
     normal = vec3.scale(1.0 / depth, normal)
     reach = radius_of(scratch)
     for axis in range(3):
@@ -307,6 +339,7 @@ def collide_mesh(
         put(scratch, BASE_ROW + corner, 0, get(scratch, CORNER_ROW + corner, 0))
         scratch[BASE_ROW + corner, 3] = math.inf
         scratch[BASE_ROW + corner, 4] = 0.0
+        scratch[BASE_ROW + corner, 5] = 0.0
     found = 0
     listed = 0
     node = 0
@@ -328,6 +361,8 @@ def collide_mesh(
             listed = kept
             if node == nodes.shape[0]:
                 break
+        if stage == NEAREST:
+            _confirm_inside(vertices, faces, nodes, two_sided, num_corners, scratch)
     if (
         found == 0
         and mesh.closed == 1

@@ -1,7 +1,7 @@
 """The velocity of a height field's surface where its samples move.
 
-A sample moves along the field's z axis at its rate, and a facet follows its three corners, so the velocity at a point of
-the surface is the rate interpolated there as the heights are.
+A sample moves along the field's z axis at its rate, and a facet follows its three corners, so the velocity at a point
+of the surface is the rate interpolated there as the heights are.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def _deepest(scratch, first, count, tie):
 @kernel
 def select_four(scratch, first, count, size):
     """Row numbers of up to four of ``count`` rows; -1 where there is none. ``size`` is that of the pair [m]."""
-    none = first - first - 1
+    none = -1
     if count <= 4:
         return (
             first if count > 0 else none,

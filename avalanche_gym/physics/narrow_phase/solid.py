@@ -1,10 +1,12 @@
 """What the general convex test asks of a shape: its support point, its flat faces, its straight line of contact.
 
-A *solid* is a tuple (shape code, size, first, last, first_face, last_face): a sphere, capsule, box, cylinder or hull in its
-own frame; the numbers point into the tables of the hulls and are zero for the others. Spheres and capsules are cores (a
-point, a segment) with a radius that the caller takes off the gap. A *placed* solid is (solid, position, rotation).
+A *solid* is a tuple (shape code, size, first, last, first_face, last_face): a sphere, capsule, box, cylinder or hull in
+its own frame; the numbers point into the tables of the hulls and are zero for the others. Spheres and capsules are
+cores (a point, a segment) with a radius that the caller takes off the gap. A *placed* solid is (solid, position,
+rotation).
 
-Faces are numbered: box as in box.py (2 * axis + 1 on the positive side), cylinder 0 at -z and 1 at +z, hull as in its table.
+Faces are numbered: box as in box.py (2 * axis + 1 on the positive side), cylinder 0 at -z and 1 at +z, hull as in its
+table.
 """
 
 from __future__ import annotations
@@ -115,7 +117,7 @@ def load_face(scratch, first, placed, points, faces, corners, face, origin, u, v
     """Write the corners of a face of a box or hull as a polygon in the frame (origin, u, v, w); return how many."""
     solid, position, rotation = placed
     count = 4
-    first_corner = face - face
+    first_corner = 0
     middle, s, t = position, u, v
     if solid[0] == HULL:
         row = faces[solid[4] + face]
@@ -138,10 +140,11 @@ def load_face(scratch, first, placed, points, faces, corners, face, origin, u, v
 
 @kernel
 def straight_line(placed, direction, slope):
-    """The line along which a solid can touch another one in a direction: centre, unit axis, half length, radius around it.
+    """The line along which a solid can touch another one in a direction: centre, unit axis, half length, radius around
+    it.
 
-    The axis of a capsule or cylinder, or an edge of a box, if it is at right angles to the direction within ``slope`` (a
-    sine); otherwise a half length of zero.
+    The axis of a capsule or cylinder, or an edge of a box, if it is at right angles to the direction within ``slope``
+    (a sine); otherwise a half length of zero.
     """
     solid, position, rotation = placed
     local = mat3.apply_transposed(rotation, direction)

@@ -7,9 +7,9 @@ frame, gap, feature. "Outward" is from the terrain to the shape, against the nor
 two faces. Two candidates at one place with one normal are one.
 
 **Reduction.** A rigid body is held by few contacts: those that span the others. The deepest is kept, then again and
-again the one farthest from all kept ones, where distance counts position, and the
-normal times a part of the shape's size (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one of each
-direction.
+again the one farthest from all kept ones, where distance counts position, and the normal times a part of the shape's
+size (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one
+of each direction.
 
 **Feature ids.** A candidate's feature names the part of the moving shape alone, so that it stays when the shape
 slides from one triangle to the next. Where one part touches in several places the places are numbered in the order of

@@ -25,7 +25,7 @@ from ..jit import kernel
 from ..maths import vec3
 from ..model import BOX, SPHERE
 from .terrain_candidates import TERRAIN_VERTEX, VERTEX_NUMBERS, add_candidate
-from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, put, radius_of
+from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, put, radius_of
 from .triangle import REGION_SLACK
 
 # [rad] How far from flat a face of a box may lie on an edge or vertex of the terrain, and still be supported by all of
@@ -37,6 +37,9 @@ PARALLEL = 1e-7
 
 # Feature numbers of the parts of the moving shape: corners first (bits 1 for +x, 2 for +y, 4 for +z), then edges.
 EDGE_FEATURE = 8
+
+# Faces of a box are the parts 0 to 5 against a vertex of the terrain, its edges and corners this one.
+EDGE_PART = 6
 
 MOST_SPOKES = 32  # of a vertex in the list; a mesh vertex with more takes its part with the first ones
 
@@ -195,8 +198,55 @@ def _crossing(scratch, row, count):
 
 
 @kernel
+def _beside_corner(scratch, row, count):
+    """An edge of the terrain that passes by a corner of a box: each is the nearest part of the other."""
+    start = get(scratch, row, 1)
+    e = get(scratch, row, 4)
+    length = scratch[row, 7]
+    margin = margin_of(scratch)
+    center = get(scratch, CENTER_ROW, 0)
+    for number in range(CORNER_ROW, CORNER_ROW + 8):
+        p = get(scratch, number, 0)
+        t = vec3.dot(vec3.sub(p, start), e)
+        foot = vec3.add_scaled(start, t, e)
+        d = vec3.sub(p, foot)
+        square = vec3.norm_squared(d)
+        if square > margin * margin or square == 0.0 or abs(t - 0.5 * length) > (0.5 + REGION_SLACK) * length:
+            continue
+        beyond = True
+        for axis in range(3):
+            a = axis_of(scratch, axis)
+            outward = math.copysign(1.0, vec3.dot(a, vec3.sub(p, center)))
+            beyond &= outward * vec3.dot(a, d) <= 0.0
+        gap = math.sqrt(square)
+        d = vec3.scale(1.0 / gap, d)
+        if beyond and _in_edge_cone(scratch, row, d):
+            position = vec3.add_scaled(foot, 0.5 * gap, d)
+            count = add_candidate(scratch, count, position, d, gap, int(scratch[number, 3]))
+    return count
+
+
+@kernel
+def _beside_box(scratch, row, x, gaps, count):
+    """A vertex of the terrain outside a box, with an edge or a corner of the box nearest to it.
+
+    x is the vertex in the frame of the box, ``gaps`` its distances from the faces.
+    """
+    d = vec3.ZERO
+    for k in range(3):
+        d = vec3.add_scaled(d, -math.copysign(max(gaps[k], 0.0), x[k]), axis_of(scratch, k))
+    gap = vec3.norm(d)
+    d = vec3.scale(1.0 / gap, d)
+    if gap > margin_of(scratch) or not _in_vertex_cone(scratch, row, d, REGION_SLACK):
+        return count
+    feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8 + EDGE_PART
+    position = vec3.add_scaled(get(scratch, row, 1), 0.5 * gap, d)
+    return add_candidate(scratch, count, position, d, gap, feature)
+
+
+@kernel
 def _under_box(scratch, row, count):
-    """A vertex of the terrain against the face of a box through which it is outside, or leaves the box soonest."""
+    """A vertex of the terrain against a box: the part nearest to it, or the face through which it leaves soonest."""
     v = get(scratch, row, 1)
     half = get(scratch, CENTER_ROW, 3)
     r = vec3.sub(v, get(scratch, CENTER_ROW, 0))
@@ -204,6 +254,11 @@ def _under_box(scratch, row, count):
     gaps = (abs(x[0]) - half[0], abs(x[1]) - half[1], abs(x[2]) - half[2])
     if max(gaps[0], gaps[1], gaps[2]) > margin_of(scratch):
         return count
+    outside = 0
+    for k in range(3):
+        outside += gaps[k] > REGION_SLACK * half[k]
+    if outside > 1:
+        return _beside_box(scratch, row, x, gaps, count)
     refused = 0
     for _ in range(3):
         axis = -1
@@ -213,10 +268,7 @@ def _under_box(scratch, row, count):
         refused |= 1 << axis
         side = math.copysign(1.0, x[axis])
         d = vec3.scale(-side, axis_of(scratch, axis))
-        beside = False
-        for k in range(3):
-            beside |= k != axis and gaps[k] > REGION_SLACK * half[k]
-        if beside or not _in_vertex_cone(scratch, row, d, TILT):
+        if (outside == 1 and gaps[axis] < 0.0) or not _in_vertex_cone(scratch, row, d, TILT):
             continue
         part = 2 * axis + (1 if side > 0.0 else 0)
         feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8 + part
@@ -236,5 +288,7 @@ def collide_features(scratch, end, shape, count):
             count = _under_box(scratch, row, count)
         if spokes == 0 and shape != SPHERE:
             count = _crossing(scratch, row, count)
+        if spokes == 0 and shape == BOX:
+            count = _beside_corner(scratch, row, count)
         row += 1 + spokes if spokes > 0 else 3
     return count

@@ -1,0 +1,346 @@
+"""Scenes with closed forms: flight, sliding, rolling, stacking, impact, and rest on every kind of ground.
+
+Tolerances follow from the order of the step: what the trapezoid gets exactly (constant forces) is held to round-off, and
+where a change falls inside a step the error is at most what that step can do.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from avalanche_gym import physics
+from avalanche_gym.physics import Box, Capsule, Compound, HeightField, Material, Plane, Sphere, TriangleMesh
+
+GRAVITY = 9.81
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+
+
+def gravity_scene(direction=(0, 0, -1)):
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity(GRAVITY * np.asarray(direction, dtype=float)))
+    return scene
+
+
+def world_of(scene, time_step=1 / 240, **arguments):
+    return physics.World(scene, options=physics.Options(time_step=time_step), **arguments)
+
+
+# --- Flight -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("time_step", [1 / 30, 1 / 240, 1 / 960])
+def test_free_fall_is_the_parabola(time_step):
+    scene = gravity_scene()
+    scene.add_body(Box((0.1, 0.2, 0.3)), mass=1.0, position=(1, 2, 3), linear_velocity=(3, -2, 10))
+    world = world_of(scene, time_step)
+    steps = round(2.0 / time_step)
+    world.step(steps)
+    time = steps * time_step
+    expected = np.array([1, 2, 3]) + np.array([3, -2, 10]) * time - [0, 0, 0.5 * GRAVITY * time**2]
+    np.testing.assert_allclose(world.position[0, 0], expected, atol=1e-12)
+    assert abs(world.report().energy_change[0]) < 1e-12 * 100
+
+
+@pytest.mark.parametrize("eccentricity", [0.5, 0.9])
+def test_kepler_orbit_returns_and_keeps_its_energy(eccentricity):
+    axis, mu = 10.0, 100.0
+    scene = physics.Scene()
+    scene.add_field(physics.PointGravity(center=(1, 2, 3), mu=mu))
+    nearest = axis * (1 - eccentricity)
+    speed = math.sqrt(mu * (1 + eccentricity) / nearest)
+    start = np.array([1 + nearest, 2, 3])
+    scene.add_body(Sphere(0.1), mass=2.0, position=start, linear_velocity=(0, speed, 0))
+    period = 2 * math.pi * math.sqrt(axis**3 / mu)
+    world = world_of(scene, period / 500)
+    world.step(10 * 500)
+    energy = world.kinetic_energy() + world.potential_energy()
+    assert energy[0] == pytest.approx(-2.0 * mu / (2 * axis), rel=1e-12)
+    assert np.linalg.norm(world.position[0, 0] - start) < 1e-9 * axis
+
+
+# --- Sliding and rolling ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("time_step", [1 / 60, 1 / 120, 1 / 240])
+def test_sliding_box_stops_where_it_should_and_stays(time_step):
+    speed, friction = 5.0, 0.5
+    scene = gravity_scene()
+    scene.add_body(Box((0.2, 0.2, 0.1)), mass=3.0, position=(0, 0, 0.1), linear_velocity=(speed, 0, 0))
+    scene.add_body(Plane(), motion="static")
+    world = world_of(scene, time_step)
+    world.step(round(1.5 / time_step))
+    # Only the first step (its contacts are new) and the last (it stops within) are not exact; each errs by less than
+    # the distance that friction makes within one step.
+    error = world.position[0, 0, 0] - speed**2 / (2 * friction * GRAVITY)
+    assert abs(error) < 0.5 * friction * GRAVITY * time_step**2
+    before = world.position.copy()
+    world.step(round(1.0 / time_step))
+    # At rest up to the tolerance of the solver: 1e-12 of what gravity gives in a step.
+    assert np.abs(world.linear_velocity[0, 0]).max() < 1e-12 * GRAVITY * time_step
+    assert np.abs(world.angular_velocity[0, 0]).max() < 1e-12 * GRAVITY * time_step / 0.1
+    assert np.abs(world.position - before).max() < 1e-13
+
+
+ANGLE = math.radians(20.0)
+DOWNHILL = (math.sin(ANGLE), 0.0, -math.cos(ANGLE))
+
+
+@pytest.mark.parametrize("shape", [Box((0.2, 0.3, 0.1)), Box((0.1, 0.1, 0.1))])
+def test_incline_sticks_just_above_and_slips_just_below_the_angle(shape):
+    height = shape.half_extents[2]
+    for factor, slips in ((1 + 1e-6, False), (1 - 1e-6, True)):
+        friction = factor * math.tan(ANGLE)
+        scene = gravity_scene(DOWNHILL)
+        material = Material(friction=friction)
+        scene.add_body(shape, mass=2.0, position=(0, 0, height), material=material)
+        scene.add_body(Plane(), motion="static", material=Material(friction=0.0))
+        world = world_of(scene)
+        world.step(1)
+        start = world.position[0, 0, 0]
+        world.step(479)
+        speed = world.linear_velocity[0, 0, 0]
+        if slips:
+            acceleration = GRAVITY * (math.sin(ANGLE) - friction * math.cos(ANGLE))
+            assert speed == pytest.approx(2.0 * acceleration, rel=1e-6)
+        else:
+            assert abs(speed) < 1e-12 and abs(world.position[0, 0, 0] - start) < 1e-12
+
+
+def test_steep_slide_has_the_exact_acceleration():
+    scene = gravity_scene(DOWNHILL)
+    scene.add_body(Box((0.2, 0.2, 0.05)), mass=2.0, position=(0, 0, 0.05), material=Material(friction=0.1))
+    scene.add_body(Plane(), motion="static", material=Material(friction=0.1))
+    world = world_of(scene)
+    world.step(240)
+    expected = GRAVITY * (math.sin(ANGLE) - 0.1 * math.cos(ANGLE))
+    assert world.linear_velocity[0, 0, 0] == pytest.approx(expected, rel=1e-9)
+    assert world.position[0, 0, 0] == pytest.approx(0.5 * expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("time_step", [1 / 60, 1 / 240])
+def test_sliding_sphere_ends_rolling_at_five_sevenths(time_step):
+    speed, friction, radius = 5.0, 0.3, 0.1
+    scene = gravity_scene()
+    material = Material(friction=friction)
+    scene.add_body(Sphere(radius), mass=1.0, position=(0, 0, radius), linear_velocity=(speed, 0, 0), material=material)
+    scene.add_body(Plane(), motion="static", material=material)
+    world = world_of(scene, time_step)
+    world.step(round(1.0 / time_step))
+    final = 5 / 7 * speed
+    assert world.linear_velocity[0, 0, 0] == pytest.approx(final, rel=1e-9)
+    assert world.angular_velocity[0, 0, 1] == pytest.approx(final / radius, rel=1e-9)
+    sliding = 2 * speed / (7 * friction * GRAVITY)
+    distance = 12 / 49 * speed**2 / (friction * GRAVITY) + final * (1.0 - sliding)
+    assert abs(world.position[0, 0, 0] - distance) < 0.5 * friction * GRAVITY * time_step**2
+    assert world.position[0, 0, 2] == pytest.approx(radius, abs=1e-10)
+
+
+def test_sphere_rolls_down_an_incline():
+    scene = gravity_scene(DOWNHILL)
+    scene.add_body(Sphere(0.1), mass=1.0, position=(0, 0, 0.1))
+    scene.add_body(Plane(), motion="static")
+    world = world_of(scene)
+    world.step(480)
+    assert world.linear_velocity[0, 0, 0] == pytest.approx(5 / 7 * GRAVITY * math.sin(ANGLE) * 2.0, rel=1e-9)
+    assert world.position[0, 0, 0] == pytest.approx(5 / 14 * GRAVITY * math.sin(ANGLE) * 4.0, rel=1e-4)
+
+
+# --- Stacks -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("top", [1.0, 1000.0])
+def test_a_stack_of_ten_stands_and_bears_the_weights_above(top):
+    step, half = 1 / 60, 0.1
+    scene = gravity_scene()
+    scene.add_body(Plane(), motion="static")
+    masses = [1.0] * 9 + [top]
+    for level, mass in enumerate(masses):
+        scene.add_body(Box((half, half, half)), mass=mass, position=(0, 0, half * (2 * level + 1)))
+    world = world_of(scene, step)
+    world.step(300)
+    expected = half * (2 * np.arange(10) + 1)
+    np.testing.assert_allclose(world.position[0, 1:, 2], expected, atol=1e-6)
+    np.testing.assert_allclose(world.position[0, 1:, :2], 0.0, atol=1e-6)
+    assert world.report().penetration[0] < 1e-6
+    contacts = world.contacts()
+    for level in range(10):
+        force = contacts["impulse"][contacts["body_b"] == level + 1].sum(axis=0) / step
+        weight = GRAVITY * sum(masses[level:])
+        np.testing.assert_allclose(force, [0, 0, weight], atol=1e-6 * weight)
+
+
+# --- Impacts ------------------------------------------------------------------------------------------------------------
+
+
+def test_free_collisions_keep_momentum_and_lose_energy():
+    """A cloud of mixed bodies flies into itself; nothing else acts."""
+    generator = np.random.default_rng(3)
+    scene = physics.Scene()
+    shapes = (Sphere(0.3), Box((0.2, 0.3, 0.25)), Capsule(0.15, 0.3))
+    for index in range(9):
+        position = generator.uniform(-1, 1, 3)
+        position[0] += 2.0 * (index % 3 - 1)
+        scene.add_body(
+            shapes[index % 3],
+            density=100.0 * 10 ** generator.uniform(0, 2),
+            position=position * 1.5,
+            linear_velocity=-2.0 * position + generator.normal(size=3),
+            angular_velocity=3.0 * generator.normal(size=3),
+            material=Material(friction=0.4, restitution=0.5),
+        )
+    world = world_of(scene)
+    linear, angular, energy = world.linear_momentum(), world.angular_momentum(), world.kinetic_energy()
+    start = energy[0]
+    scale = np.abs(linear).max()
+    touched = 0
+    for _ in range(12):
+        world.step(40)
+        touched = max(touched, world.report().contacts[0])
+        assert world.kinetic_energy()[0] <= energy[0] * (1 + 1e-12)
+        energy = world.kinetic_energy()
+        np.testing.assert_allclose(world.linear_momentum(), linear, atol=1e-11 * scale)
+    assert touched > 2
+    # The lever arms of an impulse are those of the start of its step: first order in the step.
+    np.testing.assert_allclose(world.angular_momentum(), angular, atol=2 * start / 240)
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.8, 1.0])
+def test_a_bounce_returns_the_square_of_the_restitution(restitution):
+    """Energy is exact at each bounce; only the instant is not, by less than a step."""
+    scene = gravity_scene()
+    scene.add_body(Sphere(0.1), mass=1.0, position=(0, 0, 1.1), material=Material(restitution=restitution))
+    scene.add_body(Plane(), motion="static", material=Material(restitution=1.0))
+    world = world_of(scene)
+    impact = math.sqrt(2 / GRAVITY)
+    for bounce in range(1, 4):
+        world.step(round(impact * 240) + 2)
+        energy = world.kinetic_energy()[0] + world.potential_energy()[0] - 0.1 * GRAVITY
+        assert energy == pytest.approx(GRAVITY * restitution ** (2 * bounce), rel=1e-12)
+        impact = 2 * restitution**bounce * math.sqrt(2 / GRAVITY)
+
+
+def test_without_restitution_a_ball_stays_where_it_fell():
+    scene = gravity_scene()
+    scene.add_body(Sphere(0.1), mass=1.0, position=(0, 0, 1.1))
+    scene.add_body(Plane(), motion="static", material=Material(restitution=1.0))
+    world = world_of(scene)
+    world.step(115)
+    assert np.abs(world.linear_velocity[0, 0]).max() < 1e-14
+    assert world.position[0, 0, 2] == pytest.approx(0.1, abs=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_box_dropped_flat_rebounds_flat(restitution):
+    scene = gravity_scene()
+    scene.add_body(Box((0.2, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.6), material=Material(restitution=restitution))
+    scene.add_body(Plane(), motion="static", material=Material(restitution=1.0))
+    world = world_of(scene)
+    world.step(math.ceil(240 * math.sqrt(1 / GRAVITY)) + 2)
+    energy = world.kinetic_energy()[0] + world.potential_energy()[0] - 0.1 * GRAVITY
+    assert energy == pytest.approx(restitution**2 * 0.5 * GRAVITY, rel=1e-10, abs=1e-12)
+    assert np.abs(world.angular_velocity[0, 0]).max() < 1e-10
+
+
+# --- Rest ---------------------------------------------------------------------------------------------------------------
+
+LYING = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)  # axis z turned to x
+DUMBBELL = Compound([(Sphere(0.1), (-0.2, 0, 0), UPRIGHT), (Box((0.1, 0.1, 0.1)), (0.2, 0, 0), UPRIGHT)])
+LEGS = Compound(
+    [
+        (Box((0.2, 0.2, 0.05)), (0, 0, 0.2), UPRIGHT),
+        *((Capsule(0.03, 0.1), (0.15 * x, 0.15 * y, 0.0), UPRIGHT) for x in (-1, 1) for y in (-1, 1)),
+    ]
+)
+# Shape, orientation, and height of its origin at rest.
+RESTING = {
+    "sphere": (Sphere(0.1), UPRIGHT, 0.1),
+    "capsule lying": (Capsule(0.1, 0.2), LYING, 0.1),
+    "box": (Box((0.1, 0.2, 0.15)), UPRIGHT, 0.15),
+    "compound": (DUMBBELL, UPRIGHT, 0.1),
+    "legs": (LEGS, UPRIGHT, 0.13),
+}
+
+
+def flat_mesh(size=2.0, cells=5):
+    x = np.linspace(-size, size, cells + 1)
+    vertices = [(a, b, 0.0) for b in x for a in x]
+    row = cells + 1
+    corners = [i + row * j for j in range(cells) for i in range(cells)]
+    faces = [(c, c + 1, c + 1 + row) for c in corners] + [(c, c + 1 + row, c + row) for c in corners]
+    return TriangleMesh(vertices, faces)
+
+
+GROUNDS = {
+    "plane": (Plane(), (0, 0, 0)),
+    "box": (Box((2.0, 2.0, 0.5)), (0, 0, -0.5)),
+    "height field": (HeightField(np.full((6, 8), 0.25), size=(4.0, 4.0)), (0, 0, -0.25)),
+    "mesh": (flat_mesh(), (0, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_everything_rests_on_flat_ground(ground):
+    """Dropped from 5 mm, one behind the other, in a general place and heading of the ground."""
+    scene = gravity_scene()
+    shape, position = GROUNDS[ground]
+    scene.add_body(shape, motion="static", position=position)
+    x = np.linspace(-1.6, 1.6, len(RESTING))
+    for (body, orientation, height), place in zip(RESTING.values(), x, strict=True):
+        scene.add_body(body, density=500.0, position=(place, 0.13, height + 0.005), orientation=orientation)
+    world = world_of(scene)
+    world.step(240)
+    for handle, (name, (_, orientation, height)) in enumerate(RESTING.items(), start=1):
+        np.testing.assert_allclose(world.position[0, handle], [x[handle - 1], 0.13, height], atol=1e-8, err_msg=name)
+        assert abs(np.abs(world.orientation[0, handle] @ orientation) - 1.0) < 1e-12, name
+        assert np.abs(world.linear_velocity[0, handle]).max() < 1e-9, name
+    assert world.report().penetration[0] < 1e-9
+
+
+def test_a_ball_settles_in_the_corner_of_a_valley():
+    """Two slopes of a height field meet at the ball: it ends where it touches both."""
+    slope = math.tan(math.radians(30))
+    heights = np.abs(np.linspace(-1, 1, 5)) * slope
+    scene = gravity_scene()
+    scene.add_body(HeightField(np.broadcast_to(heights, (3, 5)), size=(2.0, 2.0)), motion="static")
+    ball = scene.add_body(Sphere(0.1), mass=1.0, position=(0.0, 0.1, 0.3))
+    world = world_of(scene)
+    world.step(240)
+    np.testing.assert_allclose(world.position[0, ball], [0, 0.1, 0.1 / math.cos(math.radians(30))], atol=1e-8)
+    contacts = world.contacts()
+    assert len(contacts) == 2
+    np.testing.assert_allclose(np.abs(contacts["normal"]), [[0.5, 0, math.cos(math.radians(30))]] * 2, atol=1e-7)
+
+
+def test_point_gravity_holds_a_box_on_a_ball():
+    scene = physics.Scene()
+    scene.add_field(physics.PointGravity(center=(0, 0, 0), mu=100.0))
+    scene.add_body(Sphere(5.0), motion="static")
+    box = scene.add_body(Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 5.1))
+    world = world_of(scene)
+    world.step(240)
+    np.testing.assert_allclose(world.position[0, box], [0, 0, 5.1], atol=1e-8)
+    weight = 100.0 / 5.1**2
+    force = world.contacts()["impulse"].sum(axis=0) * 240
+    # The impulse answers to gravity along the free fall of a step, g h^2 / 2 deep.
+    np.testing.assert_allclose(force, [0, 0, weight], atol=weight * weight / 240**2 / 5.1)
+
+
+EDGE_UP = (math.cos(math.pi / 8), math.sin(math.pi / 8), 0.0, 0.0)  # about x
+EDGE_DOWN = (math.cos(math.pi / 8), 0.0, math.sin(math.pi / 8), 0.0)  # about y
+
+
+@pytest.mark.parametrize(
+    ("orientation", "thickness"), [(UPRIGHT, 0.05), (EDGE_DOWN, 0.05 * math.sqrt(2))], ids=["face", "edge"]
+)
+def test_crossed_beams_touch_with_their_edges(orientation, thickness):
+    """A beam along y falls across the upper edge of one along x; vertices and faces of neither reach the other."""
+    scene = gravity_scene()
+    scene.add_body(Box((0.5, 0.05, 0.05)), motion="static", orientation=EDGE_UP)
+    top = 0.05 * math.sqrt(2) + thickness
+    beam = scene.add_body(Box((0.05, 0.5, 0.05)), mass=1.0, position=(0, 0, top + 0.02), orientation=orientation)
+    world = world_of(scene)
+    world.step(120)
+    np.testing.assert_allclose(world.position[0, beam], [0, 0, top], atol=1e-7)
+    force = world.contacts()["impulse"].sum(axis=0) * 240
+    np.testing.assert_allclose(force, [0, 0, GRAVITY], atol=1e-6 * GRAVITY)
