@@ -58,7 +58,7 @@ WORLD_TABLES = {
 }
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
-STAGES = ("fly_bodies", "find_pairs", "find_contacts", "solve_contacts", "commit")
+STAGES = ("fly_bodies", "find_pairs", "find_contacts", "solve_contacts", "solve_problem", "commit")
 
 HEADER = np.dtype(
     [

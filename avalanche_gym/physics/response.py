@@ -10,7 +10,7 @@ from .contacts.islands import find_islands
 from .contacts.matching import match_contacts
 from .contacts.prediction import SLACK, measure_end, predict_contacts, prepare_impacts, release_lasting
 from .frames import publish_body
-from .jit import kernel, stage
+from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import (
     bodies_of,
@@ -24,8 +24,9 @@ from .memory import (
     workspace_at,
     world_entry,
 )
-from .solver.exact import NEEDS_MEMORY, solve_island
-from .solver.projection import project_island
+from .solver.exact import NEEDS_MEMORY, solve_rows, write_solution
+from .solver.problem import prepare_nodes, prepare_rows
+from .solver.projection import prepare_gaps
 from .solver.workspace import NODE, ROW
 from .model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
 
@@ -33,6 +34,42 @@ from .model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
 OVERLAP = 1e-9
 # Relative residual of the projection: what remains is about this part of the overlap.
 PROJECTION_TOLERANCE = 1e-9
+
+
+@kernel
+def _solver_memory(workspace):
+    """The four arrays of solver/workspace.py."""
+    return (
+        table(workspace.solver_rows, workspace.solver_rows_size, ROW),
+        table(workspace.solver_nodes, workspace.solver_nodes_size, NODE),
+        table(workspace.solver_blocks, (workspace.solver_blocks_size // 36, 36), np.float64),
+        table(workspace.solver_index, workspace.solver_index_size, np.int64),
+    )
+
+
+@stage
+def solve_problem(address, workspace_address, num_contacts, num_bodies):
+    """Solve the contact problem that lies prepared in the workspace, to its ``tolerance``; return the method.
+
+    A stage, because it is large and serves velocities and positions.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    rows, nodes, blocks, index = _solver_memory(workspace)
+    residual, iterations, method = solve_rows(
+        num_contacts,
+        num_bodies,
+        header.num_bodies,
+        workspace.tolerance,
+        header.max_iterations,
+        rows,
+        nodes,
+        blocks,
+        index,
+    )
+    workspace.residual = residual
+    workspace.iterations = iterations
+    return method
 
 
 @stage
@@ -57,15 +94,15 @@ def solve_contacts(address, workspace_address, world, count):
     release_lasting(contacts, count)
     _average_flight(bodies, states, flown, contacts, count, header.time_step)
     islands = _islands(header, workspace, bodies, contacts, count)
-    if not _solve(header, workspace, world, islands):
+    if not _solve(address, workspace_address, world, islands):
         return -1
     _displacements(bodies, states, contacts, count, header.time_step, corrections)
     _displace_all(bodies, flown, corrections)
     if prepare_impacts(states, header.time_step, contacts, count) > 0:
         _restart(moving, flown)
-        if not _solve(header, workspace, world, islands):
+        if not _solve(address, workspace_address, world, islands):
             return -1
-    if not _remove_overlap(header, workspace, world, count, islands):
+    if not _remove_overlap(address, workspace_address, world, count, islands):
         return -1
     return count
 
@@ -205,8 +242,11 @@ def _gather_bodies(island, count, number, island_bodies):
 
 
 @kernel
-def _solve(header, workspace, world, islands):
+def _solve(address, workspace_address, world, islands):
     """Solve every island; return False if the solver needs more memory."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    rows, nodes, _, index = _solver_memory(workspace)
     bodies = bodies_of(header, world)
     moving = table(workspace.moving, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
@@ -217,25 +257,17 @@ def _solve(header, workspace, world, islands):
     report = report_of(header, world)
     for number in range(islands):
         num_bodies = _gather_bodies(island, header.num_bodies, number, island_bodies)
-        residual, iterations, method = solve_island(
-            contacts,
-            order[starts[number] : starts[number + 1]],
-            starts[number + 1] - starts[number],
-            bodies,
-            moving,
-            island_bodies,
-            num_bodies,
-            header.tolerance,
-            header.max_iterations,
-            table(workspace.solver_rows, workspace.solver_rows_size, ROW),
-            table(workspace.solver_nodes, workspace.solver_nodes_size, NODE),
-            table(workspace.solver_blocks, (workspace.solver_blocks_size // 36, 36), np.float64),
-            table(workspace.solver_index, workspace.solver_index_size, np.int64),
-        )
+        first = starts[number]
+        own = starts[number + 1] - first
+        prepare_nodes(bodies, moving, island_bodies, num_bodies, nodes, index)
+        prepare_rows(contacts, order[first:], own, bodies, moving, num_bodies, rows, nodes, index)
+        workspace.tolerance = header.tolerance
+        method = call_stage(header.solve_problem, address, workspace_address, own, num_bodies)
         if method == NEEDS_MEMORY:
             return False
-        report.residual = max(report.residual, residual)
-        report.iterations += iterations
+        write_solution(contacts, order[first:], own, moving, island_bodies, num_bodies, rows, nodes)
+        report.residual = max(report.residual, workspace.residual)
+        report.iterations += workspace.iterations
         report.method = max(report.method, method)
     return True
 
@@ -254,11 +286,14 @@ def _overlaps(bodies, contacts, order, first, last):
 
 
 @kernel
-def _remove_overlap(header, workspace, world, count, islands):
+def _remove_overlap(address, workspace_address, world, count, islands):
     """Measure the gaps at the end of the step, and push apart what overlaps, without adding velocity.
 
     Returns False if the solver needs more memory.
     """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    rows, nodes, _, index = _solver_memory(workspace)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
@@ -268,7 +303,6 @@ def _remove_overlap(header, workspace, world, count, islands):
     order = table(workspace.order, workspace.order_size, np.int64)
     island = table(workspace.island, workspace.island_size, np.int64)
     island_bodies = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
-    nodes = table(workspace.solver_nodes, workspace.solver_nodes_size, NODE)
     report = report_of(header, world)
     worst = measure_end(states, flown, header.time_step, contacts, count)
     moved = False
@@ -277,31 +311,21 @@ def _remove_overlap(header, workspace, world, count, islands):
         if not found:
             continue
         num_bodies = _gather_bodies(island, header.num_bodies, number, island_bodies)
-        _, iterations, method = project_island(
-            contacts,
-            order[starts[number] : starts[number + 1]],
-            starts[number + 1] - starts[number],
-            bodies,
-            flown,
-            island_bodies,
-            num_bodies,
-            SLACK * size,
-            PROJECTION_TOLERANCE,
-            header.max_iterations,
-            table(workspace.solver_rows, workspace.solver_rows_size, ROW),
-            nodes,
-            table(workspace.solver_blocks, (workspace.solver_blocks_size // 36, 36), np.float64),
-            table(workspace.solver_index, workspace.solver_index_size, np.int64),
-        )
-        if method == NEEDS_MEMORY:
+        first = starts[number]
+        own = starts[number + 1] - first
+        prepare_nodes(bodies, flown, island_bodies, num_bodies, nodes, index)
+        prepare_rows(contacts, order[first:], own, bodies, flown, num_bodies, rows, nodes, index)
+        prepare_gaps(contacts, order[first:], own, SLACK * size, rows)
+        workspace.tolerance = PROJECTION_TOLERANCE
+        if call_stage(header.solve_problem, address, workspace_address, own, num_bodies) == NEEDS_MEMORY:
             return False
-        report.iterations += iterations
-        for index in range(num_bodies):
-            row = corrections[island_bodies[index]]
+        report.iterations += workspace.iterations
+        for node in range(num_bodies):
+            row = corrections[island_bodies[node]]
             for axis in range(3):
-                row[axis] = nodes[index].linear[axis]
-                row[3 + axis] = nodes[index].angular[axis]
-            _displace(flown[island_bodies[index]], row)
+                row[axis] = nodes[node].linear[axis]
+                row[3 + axis] = nodes[node].angular[axis]
+            _displace(flown[island_bodies[node]], row)
         moved = True
     if moved:
         worst = measure_end(states, flown, header.time_step, contacts, count)

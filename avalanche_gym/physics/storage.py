@@ -107,6 +107,7 @@ class Storage:
             header["find_pairs"] = detection.find_pairs.address
             header["find_contacts"] = detection.find_contacts.address
             header["solve_contacts"] = response.solve_contacts.address
+            header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
 
     def link(self) -> None:

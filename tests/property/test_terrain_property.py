@@ -38,19 +38,19 @@ def lowered(heights, shape, size, position, rotation, gap):
     return position + np.array([0.0, 0.0, height])
 
 
-@settings(max_examples=25, deadline=None)
-@given(scene=scenes(), gap=st.sampled_from([0.001, 0.02]))
+@settings(max_examples=40, deadline=None)
+@given(scene=scenes(), gap=st.sampled_from([0.001, 0.02, 0.1]))
 def test_smallest_gap_is_the_distance(scene, gap):
     heights, shape, size, position, rotation = scene
     position = lowered(*scene, gap)
     vertices, faces = oracle.grid_mesh(heights, EXTENT)
     expected = oracle.distance(shape, position, rotation, size, vertices[faces])
     for contacts in (
-        oracle.field_contacts(shape, position, rotation, size, oracle.height_field(heights, EXTENT), 0.05),
-        oracle.mesh_contacts(shape, position, rotation, size, prepare_mesh(vertices, faces), 0.05),
+        oracle.field_contacts(shape, position, rotation, size, oracle.height_field(heights, EXTENT), 0.12),
+        oracle.mesh_contacts(shape, position, rotation, size, prepare_mesh(vertices, faces), 0.12),
     ):
         assert len(contacts) <= 12
-        if expected <= 0.05:
+        if expected <= 0.12:
             assert contacts["gap"].min() == pytest.approx(expected, abs=1e-9)
             assert len(set(contacts["feature"])) == len(contacts)
 

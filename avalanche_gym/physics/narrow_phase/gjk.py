@@ -119,22 +119,24 @@ def reduce_simplex(scratch, count):
             simplex_point(scratch, 0), simplex_point(scratch, 1), simplex_point(scratch, 2)
         )
     else:
+        # The nearest of all four faces, unless the origin is on the inner side of each. In a tetrahedron that is all but
+        # flat these signs are round-off, so they don't choose the face.
         smallest = math.inf
+        inside = True
         for opposite in range(4):
             p, q, r = (opposite + 1) % 4, (opposite + 2) % 4, (opposite + 3) % 4
             normal = _plane_normal(scratch, p, q, r)
             height = vec3.dot(normal, simplex_point(scratch, p))
             side = vec3.dot(normal, simplex_point(scratch, opposite)) - height
-            # Beyond the face, seen from the opposite corner; a flat tetrahedron has only such faces.
-            if -height * side <= 0.0:
-                a, b, c = nearest_on_triangle(
-                    simplex_point(scratch, p), simplex_point(scratch, q), simplex_point(scratch, r)
-                )
-                squared = vec3.norm_squared(_weigh(scratch, p, a, q, b, r, c))
-                if squared < smallest:
-                    smallest = squared
-                    i, j, k, w_i, w_j, w_k = p, q, r, a, b, c
-        if smallest == math.inf:
+            inside = inside and height * side < 0.0
+            a, b, c = nearest_on_triangle(
+                simplex_point(scratch, p), simplex_point(scratch, q), simplex_point(scratch, r)
+            )
+            squared = vec3.norm_squared(_weigh(scratch, p, a, q, b, r, c))
+            if squared < smallest:
+                smallest = squared
+                i, j, k, w_i, w_j, w_k = p, q, r, a, b, c
+        if inside:
             return count, vec3.ZERO, vec3.ZERO
     v = _weigh(scratch, i, w_i, j, w_j, k, w_k)
     direction = v
@@ -179,43 +181,42 @@ def closest_points(a, b, points, shift, start, size, margin, scratch):
     ``start`` a direction from a to b to begin with; ``size`` of the pair [m]. If TOUCHING, the other values mean
     nothing. Beyond ``margin``, a lower bound of the distance is returned as soon as it is known.
     """
-    v = start
-    if vec3.norm_squared(v) == 0.0:
-        v = (1.0, 0.0, 0.0)
-    direction = v
+    direction = start
+    if vec3.norm_squared(direction) == 0.0:
+        direction = (1.0, 0.0, 0.0)
     squared = math.inf
     count = 0
-    status = TOUCHING
-    distance = 0.0
+    # Any direction along which the cores are apart proves it, with a lower bound of the distance; the best one is kept.
+    best_bound = -math.inf
+    normal = direction
     for _ in range(MOST_STEPS):
         w = store_support(scratch, count, a, b, points, direction, shift)
-        if count > 0:
-            bound = vec3.dot(direction, w) / math.sqrt(vec3.norm_squared(direction))
-            distance = math.sqrt(squared)
+        bound = vec3.dot(direction, w) / math.sqrt(vec3.norm_squared(direction))
+        if bound > best_bound:
+            best_bound, normal = bound, direction
             if bound > margin:
                 return APART, bound, vec3.normalize(direction), vec3.ZERO
-            if distance - bound <= RELATIVE_ACCURACY * distance + ABSOLUTE_ACCURACY * size:
-                status = APART
-                break
+        distance = math.sqrt(squared)
+        if count > 0 and distance - bound <= RELATIVE_ACCURACY * distance + ABSOLUTE_ACCURACY * size:
+            break
         # The best simplex so far is kept in rows 8 to 11, in case round-off makes the next one worse.
         for row in range(count):
             _copy_row(scratch, row, 8 + row)
             scratch[8 + row, 6] = scratch[row, 6]
         last_count = count
-        count, v_new, direction_new = reduce_simplex(scratch, count + 1)
-        if count == 4:
-            return TOUCHING, 0.0, direction, vec3.ZERO
-        squared_new = vec3.norm_squared(v_new)
-        if squared_new <= (TOUCH * size) ** 2:
-            return TOUCHING, 0.0, direction, vec3.ZERO
-        if squared_new >= squared:
+        count, v, turned = reduce_simplex(scratch, count + 1)
+        squared_new = vec3.norm_squared(v)
+        if count == 4 or squared_new >= squared:
+            if count == 4 and best_bound <= TOUCH * size:
+                return TOUCHING, 0.0, normal, vec3.ZERO
             count = last_count
             for row in range(count):
                 _copy_row(scratch, 8 + row, row)
                 scratch[row, 6] = scratch[8 + row, 6]
-            status = APART
             break
-        v, direction, squared = v_new, direction_new, squared_new
-    distance = math.sqrt(squared)
-    status = APART
-    return status, distance, vec3.normalize(direction), point_on_a(scratch, count)
+        direction, squared = turned, squared_new
+        if squared <= (TOUCH * size) ** 2:
+            break
+    if best_bound <= TOUCH * size:
+        return TOUCHING, 0.0, normal, vec3.ZERO
+    return APART, best_bound, vec3.normalize(normal), point_on_a(scratch, count)
