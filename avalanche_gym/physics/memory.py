@@ -103,6 +103,9 @@ WORKSPACE_TABLES = {
 
 WORKSPACE = np.dtype(
     [
+        ("tolerance", np.float64),  # asked of the solver
+        ("residual", np.float64),  # what it reached
+        ("iterations", np.int64),  # what it took
         *((name, np.int64) for name in WORKSPACE_TABLES),
         *((f"{name}_size", np.int64) for name in WORKSPACE_TABLES),
     ],

@@ -114,16 +114,14 @@ def set_heights(
         return
     given.setdefault("height_rates", np.zeros((1, shape[0] * shape[1])))
     # Each world advances its own moving heights, so those are never shared.
-    same = mask.all() and all(len(array) == 1 for array in given.values()) and not given["height_rates"].any()
-    if not same:
-        storage.separate_heights()
+    moving = bool(given["height_rates"].any())
+    if moving or not mask.all() or any(len(array) > 1 for array in given.values()):
+        storage.separate_heights(moving)
     samples = slice(int(field["first"]), int(field["first"]) + shape[0] * shape[1])
     for name, array in given.items():
-        pool = storage.arrays[name]
-        pool[mask if len(pool) == len(mask) else [0], samples] = array
+        _write_heights(storage.arrays[name][:, samples], mask, array)
     if "heights" in given:
-        field["lowest"] = min(float(field["lowest"]), float(given["heights"].min()))
-        field["highest"] = max(float(field["highest"]), float(given["heights"].max()))
+        _widen_bounds(field, given["heights"])
     storage.note_features()
 
 
@@ -132,13 +130,27 @@ def reset_heights(storage: Storage, mask: NDArray[np.bool_], initial: NDArray[np
     arrays = storage.arrays
     if not (mask.any() and initial.size):
         return
-    if len(arrays["heights"]) != len(mask) and not mask.all() and not np.array_equal(arrays["heights"], initial):
-        storage.separate_heights()
-    chosen = mask if len(arrays["heights"]) == len(mask) else [0]
-    arrays["heights"][chosen] = initial
-    arrays["height_rates"][chosen] = 0.0
-    storage.bound_heights()
+    shared = len(arrays["heights"]) != len(mask)
+    if shared and not mask.all() and not np.array_equal(arrays["heights"], initial):
+        storage.separate_heights(moving=False)
+    _write_heights(arrays["heights"], mask, initial)
+    _write_heights(arrays["height_rates"], mask, np.zeros_like(initial))
+    for field in arrays["height_fields"]:
+        _widen_bounds(field, initial[:, field["first"] : field["first"] + field["rows"] * field["columns"]])
     storage.note_features()
+
+
+def _write_heights(pool: NDArray[np.float64], mask: NDArray[np.bool_], values: NDArray[np.float64]) -> None:
+    """Write ``values`` (1 or selected worlds, samples) into a pool (1 or worlds, samples)."""
+    if len(pool) == len(mask):
+        pool[mask] = values
+    else:
+        pool[0] = values[0]
+
+
+def _widen_bounds(field: Any, heights: NDArray[np.float64]) -> None:
+    field["lowest"] = min(float(field["lowest"]), float(heights.min()))
+    field["highest"] = max(float(field["highest"]), float(heights.max()))
 
 
 def carry_parameters(old: Storage, new: Storage, kept: list[int]) -> None:

@@ -211,8 +211,8 @@ class Storage:
                 own[...] = array
             else:
                 self.arrays[name] = array.copy()  # heights: shared by the worlds, or not
+        self.separate_heights(moving=True) if self.arrays["height_rates"].any() else self.link()
         self.bound_heights()
-        self.link()
 
     def resize_contacts(self, capacity: int) -> None:
         """Room for ``capacity`` contacts a world; those that are there stay."""
@@ -230,12 +230,12 @@ class Storage:
             blocks, integers = (int(size) for size in scratch["solver_index"][:2])
             self.size_workspace(number, pairs=0, blocks=blocks + blocks // 2, integers=integers + integers // 2)
 
-    def separate_heights(self) -> None:
-        """Give every world heights of its own."""
-        if len(self.arrays["heights"]) != self.num_worlds:
-            for name in ("heights", "height_rates"):
+    def separate_heights(self, moving: bool) -> None:
+        """Give every world heights of its own, and rates if they move. Rates that worlds share are zero."""
+        for name in ("heights", "height_rates") if moving else ("heights",):
+            if len(self.arrays[name]) != self.num_worlds:
                 self.arrays[name] = np.repeat(self.arrays[name], self.num_worlds, axis=0)
-            self.link()
+        self.link()
 
     def bound_heights(self, num_steps: int = 0) -> None:
         """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps."""

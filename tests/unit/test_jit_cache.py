@@ -156,7 +156,7 @@ def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkey
     assert "pipeline.py" not in changed["solver/newton.py"]
 
 
-# --- Fork ---------------------------------------------------------------------------------------------------------------
+# --- Fork -----------------------------------------------------------------------------------------
 
 
 def small_world(threads):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from avalanche_gym.physics.broad_phase.static_tree import build_static_tree, faces_in_box
 from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
+from avalanche_gym.physics.shapes.static_tree import build_static_tree, faces_in_box
 from tests.oracles import terrain_oracle as oracle
 
 

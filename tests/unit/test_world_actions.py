@@ -16,7 +16,7 @@ def gravity_scene():
     return scene
 
 
-# --- Impulses and forces ------------------------------------------------------------------------------------------------
+# --- Impulses and forces --------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_the_impulse_buffer_waits_for_the_next_step(free):
     assert not free.impulse_buffer.any() and not free.linear_velocity[0].any()
 
 
-# --- Contacts -----------------------------------------------------------------------------------------------------------
+# --- Contacts -------------------------------------------------------------------------------------
 
 
 def test_contacts_of_a_resting_stack():
@@ -117,7 +117,7 @@ def test_the_gap_is_that_at_the_end_of_the_step():
     assert contacts["gap"].tolist() == pytest.approx([apart], rel=1e-12) and not contacts["impulse"].any()
 
 
-# --- Materials ----------------------------------------------------------------------------------------------------------
+# --- Materials ------------------------------------------------------------------------------------
 
 
 def decelerations(friction, other, rule=None, parameters=None):
@@ -173,7 +173,7 @@ def test_restitution_is_the_product():
         assert speeds == pytest.approx([-expected, expected], rel=1e-12)
 
 
-# --- Parameters ---------------------------------------------------------------------------------------------------------
+# --- Parameters -----------------------------------------------------------------------------------
 
 
 def test_mass_scales_the_inertia_and_inertia_chooses_the_flow():
@@ -221,7 +221,7 @@ def test_inertia_of_a_running_world_keeps_its_principal_axes():
         world.set_parameters(ball, inertia=(1, 1.5, 2))
 
 
-# --- Heights ------------------------------------------------------------------------------------------------------------
+# --- Heights --------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -306,7 +306,7 @@ def test_static_heights_cannot_move(carpet):
         world.set_heights(ground + 1, height_rates=np.zeros((3, 3)))
 
 
-# --- Features -----------------------------------------------------------------------------------------------------------
+# --- Features -------------------------------------------------------------------------------------
 
 
 def test_features_say_what_runs_and_what_was_left_out():

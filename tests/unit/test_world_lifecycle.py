@@ -36,7 +36,7 @@ def bits(world, lane=None):
     return [array.tobytes() for array in (*arrays, *contacts)]
 
 
-# --- Bodies that come and go --------------------------------------------------------------------------------------------
+# --- Bodies that come and go ----------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -133,7 +133,7 @@ def test_heights_survive_a_rebuild():
     assert world.position[0, ball, 2] == pytest.approx(0.95, abs=1e-9) and world.num_bodies == 3
 
 
-# --- Reset and snapshot -------------------------------------------------------------------------------------------------
+# --- Reset and snapshot ---------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +200,7 @@ def test_a_snapshot_brings_removed_bodies_back():
         physics.World(pile_scene(3)).restore(snapshot)
 
 
-# --- Batches and threads ------------------------------------------------------------------------------------------------
+# --- Batches and threads --------------------------------------------------------------------------
 
 
 def test_a_batch_is_bit_equal_to_single_worlds_whatever_the_threads():
@@ -232,7 +232,7 @@ def test_one_call_of_many_steps_equals_many_calls():
     assert bits(worlds[0]) == bits(worlds[1])
 
 
-# --- Capacity -----------------------------------------------------------------------------------------------------------
+# --- Capacity -------------------------------------------------------------------------------------
 
 
 def tiles_scene(count):
@@ -286,7 +286,7 @@ def test_more_pairs_than_bodies():
     assert world.report().contacts.tolist() == [24 * 23 // 2]
 
 
-# --- Steps that fail ----------------------------------------------------------------------------------------------------
+# --- Steps that fail ------------------------------------------------------------------------------
 
 
 def flying_scene():
@@ -373,7 +373,7 @@ def test_bad_and_crowded_worlds_are_reported_once():
     assert world.report().steps.tolist() == [0, 2, 0]
 
 
-# --- Report -------------------------------------------------------------------------------------------------------------
+# --- Report ---------------------------------------------------------------------------------------
 
 
 def test_the_report_is_that_of_the_last_call(pile):

@@ -26,7 +26,7 @@ def world_of(scene, time_step=1 / 240, **arguments):
     return physics.World(scene, options=physics.Options(time_step=time_step), **arguments)
 
 
-# --- Flight -------------------------------------------------------------------------------------------------------------
+# --- Flight ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("time_step", [1 / 30, 1 / 240, 1 / 960])
@@ -59,7 +59,7 @@ def test_kepler_orbit_returns_and_keeps_its_energy(eccentricity):
     assert np.linalg.norm(world.position[0, 0] - start) < 1e-9 * axis
 
 
-# --- Sliding and rolling ------------------------------------------------------------------------------------------------
+# --- Sliding and rolling --------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("time_step", [1 / 60, 1 / 120, 1 / 240])
@@ -146,7 +146,7 @@ def test_sphere_rolls_down_an_incline():
     assert world.position[0, 0, 0] == pytest.approx(5 / 14 * GRAVITY * math.sin(ANGLE) * 4.0, rel=1e-4)
 
 
-# --- Stacks -------------------------------------------------------------------------------------------------------------
+# --- Stacks ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("top", [1.0, 1000.0])
@@ -170,7 +170,7 @@ def test_a_stack_of_ten_stands_and_bears_the_weights_above(top):
         np.testing.assert_allclose(force, [0, 0, weight], atol=1e-6 * weight)
 
 
-# --- Impacts ------------------------------------------------------------------------------------------------------------
+# --- Impacts --------------------------------------------------------------------------------------
 
 
 def test_free_collisions_keep_momentum_and_lose_energy():
@@ -242,7 +242,7 @@ def test_a_box_dropped_flat_rebounds_flat(restitution):
     assert np.abs(world.angular_velocity[0, 0]).max() < 1e-10
 
 
-# --- Rest ---------------------------------------------------------------------------------------------------------------
+# --- Rest -----------------------------------------------------------------------------------------
 
 LYING = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)  # axis z turned to x
 DUMBBELL = Compound([(Sphere(0.1), (-0.2, 0, 0), UPRIGHT), (Box((0.1, 0.1, 0.1)), (0.2, 0, 0), UPRIGHT)])

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import math
 
-from ..broad_phase.static_tree import box_distance_squared, faces_in_box, leaf_near
 from ..jit import kernel
 from ..maths import vec3
+from ..shapes.static_tree import box_distance_squared, faces_in_box, leaf_near
 from .terrain_candidates import add_candidate, emit_candidates
 from .terrain_features import MOST_SPOKES, collide_features, put_edge
 from .terrain_shape import (

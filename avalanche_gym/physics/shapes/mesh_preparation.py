@@ -22,8 +22,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..broad_phase.static_tree import build_static_tree
 from ..model import FACE_ROW, MESH_ROW, VERTEX_ROW
+from .static_tree import build_static_tree
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
