@@ -23,7 +23,8 @@ from .narrow_phase.pair_query import query_at
 @stage
 def fly_bodies(address, workspace_address, world):
     """Fly every body to the end of the step into ``flown``; ``moving`` gets the velocities there, with the centres and
-    axes of the start, about which the contact problem is written."""
+    axes of the start, about which the contact problem is written.
+    """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
@@ -107,7 +108,9 @@ def find_contacts(address, workspace_address, world, num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(header, bodies, states, flown, a, b) + rise
+        query.margin = (
+            SLACK * min(bodies[a].size, bodies[b].size) + _approach(header, bodies, states, flown, a, b) + rise
+        )
         count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):

@@ -47,7 +47,8 @@ def potential_energy_of(bodies, states, fields):
 @entry_point
 def measure(address, energies, momenta):
     """Fill energies (worlds, 2) [J] with kinetic and potential energy, momenta (worlds, 6) with linear [kg m/s] and
-    angular momentum about the world's origin [kg m^2/s]."""
+    angular momentum about the world's origin [kg m^2/s].
+    """
     header = header_at(address)
     fields = fields_of(header)
     for world in range(header.num_worlds):

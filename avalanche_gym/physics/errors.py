@@ -15,7 +15,8 @@ class PhysicsError(RuntimeError):
         self.failures = tuple(failures)
         self.worlds = tuple(failure[0] for failure in failures)
         shown = "; ".join(
-            f"world {world}: body {body} in step {step} of this call: {reason}" for world, body, step, reason in failures[:4]
+            f"world {world}: body {body} in step {step} of this call: {reason}"
+            for world, body, step, reason in failures[:4]
         )
         more = f"; and {len(failures) - 4} more worlds" if len(failures) > 4 else ""
         super().__init__(

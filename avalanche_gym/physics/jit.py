@@ -23,7 +23,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -38,7 +38,9 @@ PACKAGE = PACKAGE_ROOT.name
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
+_IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
+)
 
 
 def _names(text: str) -> list[str]:
@@ -47,7 +49,7 @@ def _names(text: str) -> list[str]:
     return [name.split(" as ")[0].strip() for name in text.split(",") if name.strip()]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _imported_files(path: Path) -> tuple[Path, ...]:
     """Files of this package that the file at ``path`` names in its import statements."""
     found = []
@@ -69,7 +71,7 @@ def _imported_files(path: Path) -> tuple[Path, ...]:
     return tuple(dict.fromkeys(found))
 
 
-@lru_cache(maxsize=None)
+@cache
 def source_stamp(path: Path) -> str:
     """Hash [hex] over the file at ``path`` and every file of the package it depends on."""
     seen: set[Path] = set()
@@ -86,7 +88,7 @@ def source_stamp(path: Path) -> str:
     return digest.hexdigest()
 
 
-@lru_cache(maxsize=None)
+@cache
 def cache_directory() -> Path:
     """Folder of the compiled code: the first of these that can be written.
 
@@ -155,7 +157,9 @@ class _AnnouncedCache(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         super().save_overload(sig, data)
         if hasattr(self, "_started"):
-            print(f"avalanche_gym: compiled in {time.perf_counter() - self._started:.0f} s", file=sys.stderr, flush=True)
+            print(
+                f"avalanche_gym: compiled in {time.perf_counter() - self._started:.0f} s", file=sys.stderr, flush=True
+            )
             del self._started
 
 

@@ -11,6 +11,7 @@ principal axes of inertia. The user's frame (``position``, ``orientation``) is t
 from __future__ import annotations
 
 import numpy as np
+
 # Motion of a body.
 REMOVED, STATIC, KINEMATIC, DYNAMIC = -1, 0, 1, 2
 
@@ -147,6 +148,11 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
         ("orientation", np.float64, 4),  # quaternion: principal frame -> world
         ("velocity", np.float64, 3),  # [m/s] of the centre of mass, world frame
         ("angular_velocity", np.float64, 3),  # [rad/s] world frame
+        (
+            "angular_momentum",
+            np.float64,
+            3,
+        ),  # [kg m^2/s] world frame; holds while angular_velocity is what follows from it
         ("force", np.float64, 3),  # [N] at the centre of mass, held until the end of the call
         ("torque", np.float64, 3),  # [N m] about the centre of mass
     ],
@@ -172,7 +178,11 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("torsional_friction", np.float64),  # [m]
         ("bias", np.float64),  # [m/s] the solver asks for: normal velocity + bias >= 0
         ("free", np.float64),  # [m/s] normal velocity at the end of the step without impulses
-        ("surface_velocity", np.float64, 3),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
+        (
+            "surface_velocity",
+            np.float64,
+            3,
+        ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
         ("persistent", np.int64),  # 1: bore load in the last step and still touches
         ("island", np.int64),
     ],

@@ -46,4 +46,6 @@ class Options:
                 raise ValueError(f"Options({name}={value!r}): give True or False.")
         limit = self.max_contacts
         if limit is not None and (isinstance(limit, bool) or not isinstance(limit, int) or limit < 1):
-            raise ValueError(f"Options(max_contacts={limit!r}): give a whole number of at least 1, or None to let it grow.")
+            raise ValueError(
+                f"Options(max_contacts={limit!r}): give a whole number of at least 1, or None to let it grow."
+            )

@@ -24,11 +24,11 @@ from .memory import (
     workspace_at,
     world_entry,
 )
+from .model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
 from .solver.exact import NEEDS_MEMORY, solve_rows, write_solution
 from .solver.problem import prepare_nodes, prepare_rows
 from .solver.projection import prepare_gaps
 from .solver.workspace import NODE, ROW
-from .model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
 
 # Overlap of less than this fraction of the smaller body is round-off and stays.
 OVERLAP = 1e-9
@@ -125,6 +125,7 @@ def commit(address, workspace_address, world, count):
             quat.store(state.orientation, quat.load(flown[index].orientation))
             vec3.store(state.velocity, vec3.load(moving[index].velocity))
             vec3.store(state.angular_velocity, vec3.load(moving[index].angular_velocity))
+            vec3.store(state.angular_momentum, vec3.load(flown[index].angular_momentum))
             publish_body(header, world, index, body, state)
     memory = contacts_of(header, world)
     for number in range(count):

@@ -24,7 +24,7 @@ Vector = Sequence[float]
 
 
 @entry_point
-def _fly_steps(states, bodies, fields, time_step, steps):
+def fly_steps(states, bodies, fields, time_step, steps):
     for _ in range(steps):
         flight.fly(states[0], bodies[0], fields, time_step, states[0])
 
@@ -45,8 +45,8 @@ class Flyer:
     uniform: Sequence[Vector] = ()  # [m/s^2]
     points: Sequence[tuple[Vector, float]] = ()  # centre [m], mu [m^3/s^2]
 
-    def after(self, time_step: float, steps: int = 1) -> Flyer:
-        """The same body after some steps of the engine's flight."""
+    def tables(self):
+        """One row of BODY_STATE, one of BODY, and those of FIELD."""
         states = np.zeros(1, BODY_STATE)
         bodies = np.zeros(1, BODY)
         fields = np.zeros(len(self.uniform) + len(self.points), FIELD)
@@ -65,7 +65,12 @@ class Flyer:
         bodies["inverse_inertia"] = 1.0 / np.array(self.inertia)
         for name in ("center", "velocity", "orientation", "angular_velocity", "force", "torque"):
             states[name] = getattr(self, name)
-        _fly_steps(states, bodies, fields, time_step, steps)
+        return states, bodies, fields
+
+    def after(self, time_step: float, steps: int = 1) -> Flyer:
+        """The same body after some steps of the engine's flight."""
+        states, bodies, fields = self.tables()
+        fly_steps(states, bodies, fields, time_step, steps)
         state = states[0]
         return replace(
             self,

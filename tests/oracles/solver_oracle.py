@@ -1,8 +1,8 @@
 """The contact solver, slow and obvious: dense matrices, one residual, projected Gauss-Seidel; and islands to try it on.
 
-Nothing here calls a kernel. The Delassus matrix is assembled from Jacobians in world coordinates, the residual is the
-natural map of the De Saxce formulation (SOLVER: ``avalanche_gym/physics/solver/residual.py``), and the solution comes from
-many damped projections.
+Only ``Island.solve`` and ``Island.project`` call the engine; the rest does not. The Delassus matrix is assembled from Jacobians in world coordinates, the residual is the
+natural map of the De Saxce formulation (as in ``avalanche_gym/physics/solver/residual.py``), and the solution comes
+from many small projections.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from avalanche_gym.physics import model
+from avalanche_gym.physics.solver.exact import NEEDS_MEMORY, solve_island
+from avalanche_gym.physics.solver.projection import project_island
+from avalanche_gym.physics.solver.workspace import Workspace
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2]
 
@@ -125,6 +128,59 @@ class Island:
         island_bodies = np.flatnonzero(bodies["motion"] == model.DYNAMIC)
         return contacts, order, bodies, states, island_bodies
 
+    def solve(self, tolerance=1e-12, max_iterations=60) -> Solution:
+        """What the engine makes of this island."""
+        return _run(self, lambda records, arrays: _solve(records, tolerance, max_iterations, arrays))
+
+    def project(self, gaps, most_overlap=np.inf, tolerance=1e-12, max_iterations=60) -> Solution:
+        """The displacements by which the engine removes the overlaps ``gaps`` [m]."""
+
+        def call(records, arrays):
+            contacts, order, bodies, states, island_bodies = records
+            contacts["gap"] = gaps
+            result = project_island(
+                contacts, order, len(contacts), bodies, states, island_bodies, len(island_bodies),
+                most_overlap, tolerance, max_iterations, *arrays,
+            )  # fmt: skip
+            states["velocity"][island_bodies] = arrays[1]["linear"][: len(island_bodies)]
+            states["angular_velocity"][island_bodies] = arrays[1]["angular"][: len(island_bodies)]
+            return result
+
+        return _run(self, call)
+
+
+@dataclass
+class Solution:
+    """Attributes: impulses (n, 3) [N s]; velocities (bodies, 6), or displacements if it is of a projection."""
+
+    residual: float
+    iterations: int
+    method: int
+    impulses: np.ndarray
+    velocities: np.ndarray
+
+
+def _solve(records, tolerance, max_iterations, arrays):
+    contacts, order, bodies, states, island_bodies = records
+    return solve_island(
+        contacts, order, len(contacts), bodies, states, island_bodies, len(island_bodies),
+        tolerance, max_iterations, *arrays,
+    )  # fmt: skip
+
+
+def _run(island: Island, call) -> Solution:
+    """Call a solver and repeat with more memory for as long as it asks for it."""
+    workspace = Workspace(len(island.contacts), len(island.bodies))
+    while True:
+        records = island.records()
+        residual, iterations, method = call(records, workspace.arrays)
+        if method != NEEDS_MEMORY:
+            break
+        workspace.grow()
+    contacts, _, _, states, _ = records
+    velocities = np.concatenate([states["velocity"], states["angular_velocity"]], axis=1)
+    return Solution(residual, iterations, method, contacts["impulse"].copy(), velocities)
+
 
 @dataclass
 class Problem:
@@ -147,7 +203,9 @@ class Problem:
 
     @property
     def scale(self):
-        return np.array([np.trace(self.delassus[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]) / 3 for i in range(len(self.normals))])
+        return np.array(
+            [np.trace(self.delassus[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]) / 3 for i in range(len(self.normals))]
+        )
 
     def project(self, vectors):
         """Nearest points of the friction cones."""

@@ -110,9 +110,9 @@ def check_pair(a, b):
         (SPHERE, SPHERE, 50),
         (SPHERE, CAPSULE, 100),
         (SPHERE, BOX, 200),
-        (CAPSULE, CAPSULE, 300),
-        (CAPSULE, BOX, 400),
-        (BOX, BOX, 800),
+        (CAPSULE, CAPSULE, 200),
+        (CAPSULE, BOX, 250),
+        (BOX, BOX, 400),
     ],
 )
 def test_against_brute_force(shape_a, shape_b, examples):
@@ -129,8 +129,8 @@ def check_convex_pair(a, b):
     size = a.extent + b.extent
     margin = 0.2
     contacts = collide(a, b, margin)
-    # The prism in the place of a cylinder is too small by 0.12 % of a radius, at most 0.5 m, for each of two.
-    slack = 1.3e-3 if CYLINDER in (a.shape, b.shape) else GAP * size
+    # The prism in the place of a cylinder is too small by 0.9 % of a radius, at most 0.5 m, for each of two.
+    slack = 9e-3 if CYLINDER in (a.shape, b.shape) else GAP * size
     expected = signed_distance(a, b)
     if len(contacts) == 0:
         assert expected > margin - GAP * size

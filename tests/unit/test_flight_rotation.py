@@ -188,6 +188,25 @@ def test_torque_against_dop853():
     np.testing.assert_allclose(ball.orientation, [math.cos(3.0), 0.0, 0.0, math.sin(3.0)], rtol=1e-14)
 
 
+@pytest.mark.parametrize("inertia", [(0.1, 0.2, 0.3), (0.2, 0.2, 0.3)])
+@pytest.mark.parametrize("change", ["angular_velocity", "orientation", "inertia"])
+def test_changes_from_outside_are_noticed(inertia, change):
+    """Whatever the state remembers of an earlier flight gives way to what was written into it since."""
+    states, bodies, fields = Flyer(angular_velocity=(1.0, 2.0, 3.0), inertia=inertia).tables()
+    oracle.fly_steps(states, bodies, fields, 0.1, 3)
+    if change == "inertia":
+        bodies["inertia"] *= [1.0, 1.0, 0.9]
+    else:
+        states[change] = np.roll(states[change], 1)
+    fresh = np.zeros_like(states)
+    for name in ("orientation", "angular_velocity"):
+        fresh[name] = states[name]
+    for table in (states, fresh):
+        oracle.fly_steps(table, bodies, fields, 0.1, 3)
+    for name in ("orientation", "angular_velocity"):
+        np.testing.assert_array_equal(states[name], fresh[name])
+
+
 finite = st.floats(-10.0, 10.0)
 side = st.floats(0.1, 10.0)
 

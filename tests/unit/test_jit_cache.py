@@ -14,6 +14,7 @@ from avalanche_gym import physics
 from avalanche_gym.physics import jit
 
 PACKAGE = Path(jit.__file__).resolve().parent.parent
+NO_CACHE = shutil.ignore_patterns("__pycache__")
 FORK_SECONDS = 60.0  # a child that hangs is killed after this
 
 # A kernel that reaches maths/vec3.py through one more file, and a stage of its own that does the same.
@@ -56,9 +57,7 @@ def package(tmp_path):
     for name in ("__init__.py", "physics/__init__.py", "physics/probe/__init__.py"):
         (copy / name).touch()
     shutil.copy(PACKAGE / "physics" / "jit.py", physics_folder)
-    shutil.copytree(
-        PACKAGE / "physics" / "maths", physics_folder / "maths", ignore=shutil.ignore_patterns("__pycache__")
-    )
+    shutil.copytree(PACKAGE / "physics" / "maths", physics_folder / "maths", ignore=NO_CACHE)
     for name, text in KERNELS.items():
         lines = [line[8:] for line in text.splitlines()]
         (physics_folder / "probe" / name).write_text("\n".join(lines) + "\n")
@@ -116,16 +115,15 @@ ROOTS = ("pipeline.py", "detection.py", "response.py", "narrow_phase/pairs.py", 
 def kernel_files():
     """Files of the loaded engine that hold compiled functions, and the layout of the tables; relative to physics."""
     marks = ("\n@kernel\n", "\n@entry_point\n", "\n@stage\n")
-    loaded = {
-        Path(module.__file__) for name, module in sys.modules.items() if name.startswith("avalanche_gym.physics.")
-    }
-    files = [file for file in loaded if any(mark in file.read_text() for mark in marks)]
-    return sorted(file.relative_to(PACKAGE / "physics").as_posix() for file in files) + ["model.py"]
+    modules = [module for name, module in sys.modules.items() if name.startswith("avalanche_gym.physics.")]
+    files = [Path(module.__file__) for module in modules]
+    compiled = [file for file in files if any(mark in file.read_text() for mark in marks)]
+    return [*sorted(file.relative_to(PACKAGE / "physics").as_posix() for file in compiled), "model.py"]
 
 
 def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkeypatch):
     copy = tmp_path / "avalanche_gym"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(PACKAGE, copy, ignore=NO_CACHE)
     monkeypatch.setattr(jit, "PACKAGE_ROOT", copy)
 
     def stamps():

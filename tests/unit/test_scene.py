@@ -1,4 +1,4 @@
-"""What a user describes: defaults, mixing rules as they are stored, mass, frames; every mistake named with its remedy."""
+"""What a user describes: defaults, mixing rules as they are stored, mass, frames; every mistake with its remedy."""
 
 import math
 

@@ -1,7 +1,7 @@
 """Scenes with closed forms: flight, sliding, rolling, stacking, impact, and rest on every kind of ground.
 
-Tolerances follow from the order of the step: what the trapezoid gets exactly (constant forces) is held to round-off, and
-where a change falls inside a step the error is at most what that step can do.
+Tolerances follow from the order of the step: what the trapezoid gets exactly (constant forces) is held to round-off,
+and where a change falls inside a step the error is at most what that step can do.
 """
 
 import math
@@ -144,6 +144,38 @@ def test_sphere_rolls_down_an_incline():
     world.step(480)
     assert world.linear_velocity[0, 0, 0] == pytest.approx(5 / 7 * GRAVITY * math.sin(ANGLE) * 2.0, rel=1e-9)
     assert world.position[0, 0, 0] == pytest.approx(5 / 14 * GRAVITY * math.sin(ANGLE) * 4.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.6])
+def test_a_turntable_carries_what_friction_can_hold(radius):
+    """A box on a kinematic disc that turns at w: it goes round iff w^2 r <= mu g."""
+    spin, friction = 3.0, 0.5
+    scene = gravity_scene()
+    material = Material(friction=friction)
+    scene.add_body(Box((1.0, 1.0, 0.1)), motion="kinematic", angular_velocity=(0, 0, spin), material=material)
+    start = {"linear_velocity": (0, spin * radius, 0), "angular_velocity": (0, 0, spin)}
+    box = scene.add_body(Box((0.05, 0.05, 0.05)), mass=1.0, position=(radius, 0, 0.15), material=material, **start)
+    world = world_of(scene)
+    world.step(240)
+    distance = np.linalg.norm(world.position[0, box, :2])
+    if spin**2 * radius <= friction * GRAVITY:
+        # The table's velocity is taken where the box was when the step began: it spirals out by (w h)^2 r a step.
+        assert abs(distance - radius) < 1.1 * spin**2 * radius / 240
+        assert world.position[0, box, 2] == pytest.approx(0.15, abs=1e-9)
+    else:
+        assert distance > radius + 0.1
+
+
+def test_a_lift_carries_its_load():
+    scene = gravity_scene()
+    lift = scene.add_body(Box((1.0, 1.0, 0.1)), motion="kinematic", linear_velocity=(0.5, 0.0, 0.25))
+    box = scene.add_body(Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.2), linear_velocity=(0.5, 0, 0.25))
+    world = world_of(scene)
+    world.step(240)
+    np.testing.assert_allclose(world.position[0, box] - world.position[0, lift], [0, 0, 0.2], atol=1e-9)
+    world.set_state(lift, linear_velocity=(0.5, 0.0, -0.25))
+    world.step(240)
+    np.testing.assert_allclose(world.position[0, box, 2] - world.position[0, lift, 2], 0.2, atol=1e-9)
 
 
 # --- Stacks ---------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import mat3, quat, vec3
-from ..model import BODY_STATE
 
 
 @kernel
@@ -27,32 +26,16 @@ def momentum_of(q, angular_velocity, inertia):
     return mat3.apply(rotation, vec3.multiply(inertia, mat3.apply_transposed(rotation, angular_velocity)))
 
 
-if "angular_momentum" in BODY_STATE.names:
+@kernel
+def load_momentum(state, q, angular_velocity, inertia):
+    """The angular momentum [kg m^2/s] of a state in the world frame."""
+    momentum = vec3.load(state.angular_momentum)
+    implied = angular_velocity_of(q, momentum, inertia)
+    if implied[0] == angular_velocity[0] and implied[1] == angular_velocity[1] and implied[2] == angular_velocity[2]:
+        return momentum
+    return momentum_of(q, angular_velocity, inertia)
 
-    @kernel
-    def load_momentum(state, q, angular_velocity, inertia):
-        """The angular momentum [kg m^2/s] of a state in the world frame."""
-        momentum = vec3.load(state.angular_momentum)
-        implied = angular_velocity_of(q, momentum, inertia)
-        if (
-            implied[0] == angular_velocity[0]
-            and implied[1] == angular_velocity[1]
-            and implied[2] == angular_velocity[2]
-        ):
-            return momentum
-        return momentum_of(q, angular_velocity, inertia)
 
-    @kernel
-    def store_momentum(state, momentum):
-        vec3.store(state.angular_momentum, momentum)
-
-else:
-
-    @kernel
-    def load_momentum(state, q, angular_velocity, inertia):
-        """The angular momentum [kg m^2/s] of a state in the world frame."""
-        return momentum_of(q, angular_velocity, inertia)
-
-    @kernel
-    def store_momentum(state, momentum):
-        pass
+@kernel
+def store_momentum(state, momentum):
+    vec3.store(state.angular_momentum, momentum)

@@ -47,7 +47,9 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
     store_rotation(query.rotation_b, rotation_b)
     vec3.store(query.size_a, vec3.load(first.size))
     vec3.store(query.size_b, vec3.load(second.size))
-    function = table(header.pair_functions, header.pair_functions_size, np.int64)[first.shape * NUM_SHAPES + second.shape]
+    function = table(header.pair_functions, header.pair_functions_size, np.int64)[
+        first.shape * NUM_SHAPES + second.shape
+    ]
     return call_stage(function, query_address, count)
 
 

@@ -217,9 +217,7 @@ def _add_rim_crossings(scratch, rows, radius, other_radius, normal, center, axis
                 break
             angle -= miss / slope
         if abs(miss) <= tolerance * other_radius:
-            rows = _add(
-                scratch, rows, radius * math.cos(angle), radius * math.sin(angle), point[2], CROSSING + k
-            )
+            rows = _add(scratch, rows, radius * math.cos(angle), radius * math.sin(angle), point[2], CROSSING + k)
     return rows
 
 

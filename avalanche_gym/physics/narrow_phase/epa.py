@@ -187,4 +187,8 @@ def deepest_points(a, b, points, size, scratch):
             break
         faces = grown
         count += 1
-    return -scratch[nearest, DISTANCE], vec3.neg(vec3.load(scratch[nearest])), _point_on_a(scratch, faces, nearest, size)
+    return (
+        -scratch[nearest, DISTANCE],
+        vec3.neg(vec3.load(scratch[nearest])),
+        _point_on_a(scratch, faces, nearest, size),
+    )

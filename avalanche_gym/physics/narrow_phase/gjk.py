@@ -119,8 +119,8 @@ def reduce_simplex(scratch, count):
             simplex_point(scratch, 0), simplex_point(scratch, 1), simplex_point(scratch, 2)
         )
     else:
-        # The nearest of all four faces, unless the origin is on the inner side of each. In a tetrahedron that is all but
-        # flat these signs are round-off, so they don't choose the face.
+        # The nearest of all four faces, unless the origin is on the inner side of each. If the tetrahedron is all but
+        # flat, these signs are round-off, so they don't choose the face.
         smallest = math.inf
         inside = True
         for opposite in range(4):

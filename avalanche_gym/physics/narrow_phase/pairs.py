@@ -32,9 +32,7 @@ def sphere_sphere_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return sphere_sphere(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return sphere_sphere(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage
@@ -43,9 +41,7 @@ def sphere_capsule_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return sphere_capsule(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return sphere_capsule(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage
@@ -54,9 +50,7 @@ def sphere_box_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return sphere_box(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return sphere_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage
@@ -65,9 +59,7 @@ def sphere_plane_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return sphere_plane(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return sphere_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage
@@ -87,9 +79,7 @@ def capsule_box_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return capsule_box(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return capsule_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage
@@ -98,9 +88,7 @@ def capsule_plane_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return capsule_plane(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return capsule_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage
@@ -120,9 +108,7 @@ def box_plane_stage(address, count):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     contacts = contact_list(query)
-    return box_plane(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return box_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
 
 
 @stage

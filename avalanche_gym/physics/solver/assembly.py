@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .elimination import order_at, position_at, rows_at, start_at
+from .elimination import position_at, rows_at, start_at
 from .linearisation import OPEN, SLIP, linearise
 from .problem import load_matrix
 from .response import add_impulse, clear
@@ -28,13 +28,13 @@ SCRATCH_BLOCKS = 2
 
 
 @kernel
-def linearise_rows(rows, nodes, num_contacts, num_bodies, factor, delta):
+def linearise_rows(rows, nodes, num_contacts, num_bodies, delta):
     """A and B of every contact, and the sums of A over the contacts of each node; 1 if every B is symmetric, else 0."""
     clear(nodes, num_bodies + 1)
     symmetric = 1
     for i in range(num_contacts):
         row = rows[i]
-        status, offset, stiffness = linearise(row, factor, delta)
+        status, offset, stiffness = linearise(row, delta)
         row.status = status
         vec3.store(row.offset, offset)
         for k in range(9):
@@ -125,10 +125,9 @@ def add_pair(blocks, index, nodes, row, num_bodies, num_handles, slots, symmetri
 
 
 @kernel
-def assemble(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, symmetric):
-    """Write the matrix into ``blocks`` (its lower triangle only if it is symmetric), the right side into ``nodes.scaled``."""
+def assemble_matrix(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, symmetric):
+    """Write the matrix into ``blocks`` (its lower triangle only if it is symmetric)."""
     n = num_bodies
-    order = order_at(num_handles)
     k = n + 2 * slots
     for s in range(n + (1 if symmetric != 0 else 2) * slots):
         for i in range(36):
@@ -154,9 +153,27 @@ def assemble(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, 
     for j in range(n):
         for i in range(0, 36, 7):
             blocks[j, i] += 1.0
-        node = nodes[index[order + j]]
+
+
+@kernel
+def set_right_side(nodes, num_bodies):
+    """G^T A into ``nodes.scaled``, from the sums that ``add_impulse`` left in the nodes."""
+    for i in range(num_bodies):
+        node = nodes[i]
         linear = vec3.scale(node.root, vec3.load(node.linear))
         angular = mat3.apply_transposed(load_matrix(node.axes), vec3.load(node.angular))
         right_side = node.scaled
         right_side[0], right_side[1], right_side[2] = linear
         right_side[3], right_side[4], right_side[5] = angular
+
+
+@kernel
+def set_velocities(nodes, num_bodies):
+    """Velocities of the bodies from the solution y in ``nodes.scaled``."""
+    for i in range(num_bodies):
+        node = nodes[i]
+        y = node.scaled
+        vec3.store(node.linear, (node.root * y[0], node.root * y[1], node.root * y[2]))
+        vec3.store(node.angular, mat3.apply(load_matrix(node.axes), (y[3], y[4], y[5])))
+    vec3.store(nodes[num_bodies].linear, vec3.ZERO)
+    vec3.store(nodes[num_bodies].angular, vec3.ZERO)

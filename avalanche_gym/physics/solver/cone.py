@@ -1,4 +1,4 @@
-"""Projection on the Coulomb cone K = {r : |r_t| <= mu r_n}, without a tangent basis: all vectors are in the world frame."""
+"""Projection on the Coulomb cone K = {r : |r_t| <= mu r_n}; vectors in the world frame, without a tangent basis."""
 
 from __future__ import annotations
 

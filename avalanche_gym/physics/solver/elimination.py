@@ -64,7 +64,7 @@ def eliminate(rows, num_contacts, num_bodies, num_handles, index):
     """Choose the order and write the pattern.
 
     Returns:
-        slots: off-diagonal blocks of one triangle; -1 if ``index`` is too short, with the length wanted in ``index[1]``.
+        slots: off-diagonal blocks of one triangle; -1 if ``index`` is too short (``index[1]``: the length wanted).
         products: 6 x 6 block products of the symmetric factorisation, its cost.
     """
     n = num_bodies

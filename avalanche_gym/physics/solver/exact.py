@@ -1,4 +1,4 @@
-"""The exact tier: certificate, then Newton, then Newton with sweeps between; the best impulses seen are returned.
+"""The exact tier: certificate, then Newton, then interior point and Newton; the best impulses seen are returned.
 
 How to call it, once an island and step, after every body has its free velocity:
 
@@ -18,9 +18,12 @@ How to call it, once an island and step, after every body has its free velocity:
         rows, nodes, blocks, index,
     )
 
-It reads of a contact: position, normal, impulse (warm start), friction, bias, surface_velocity, body_a, body_b; it writes
-``impulse`` of the contacts and ``velocity`` and ``angular_velocity`` of the island's bodies. If ``method`` is NEEDS_MEMORY
-nothing was written: leave the kernels, call ``workspace.grow()``, and repeat the call with the new arrays.
+It reads of a contact: position, normal, impulse (warm start), friction, bias, surface_velocity, body_a, body_b; it
+writes ``impulse`` of the contacts and ``velocity`` and ``angular_velocity`` of the island's bodies. If ``method`` is
+NEEDS_MEMORY nothing was written: leave the kernels, call ``workspace.grow()``, and repeat with the new arrays.
+
+The three parts of it can also be called apart: ``prepare_nodes`` and ``prepare_rows`` (solver/problem.py),
+``solve_rows``, ``write_solution``.
 
 Every dynamic body of the island's contacts must be among ``island_bodies``. A contact between two bodies that are not
 dynamic gets a zero impulse. An island without contacts may be passed.
@@ -35,21 +38,26 @@ from ..maths import vec3
 from .assembly import SCRATCH_BLOCKS
 from .elimination import eliminate
 from .gauss_seidel import prepare_local, sweep
-from .newton import keep_best, newton, restore_best
+from .interior_point import interior_point
+from .iterate import keep_best, restore_best
+from .newton import newton
 from .problem import prepare_nodes, prepare_rows
 from .residual import evaluate, free_violation
 
 # How an island was solved; the larger, the farther down the chain.
-NEEDS_MEMORY, CERTIFICATE, SINGLE, NEWTON, NEWTON_SWEEPS, SWEEPS = -1, 0, 1, 2, 3, 4
+NEEDS_MEMORY, CERTIFICATE, SINGLE, NEWTON, INTERIOR_POINT, SWEEPS = -1, 0, 1, 2, 3, 4
 
-# Stage 1, from the warm start: the weight makes the first step the solution if no contact changes its status.
-WARM_DELTA, WARM_BUDGET = 1e-6, 12
-# Stage 2, from the best so far: heavily damped, and up to ROUNDS restarts after sweeps, with rho varied.
-DAMPED_DELTA, ROUNDS, SWEEPS_PER_ROUND = 0.1, 3, 5
+# Newton from the warm start: the weight makes the first step the solution if no contact changes its status.
+WARM_DELTA, WARM_BUDGET = 1e-6, 8
+# Interior point: residual at which Newton takes over, in the first round and in the second, and most factorisations of
+# each. Handing over earlier saves steps in easy islands and loses jammed ones.
+FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
+# Newton from where the interior point ended.
+POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
-# Sweeps for such islands.
-MOST_SWEEPS = 200
+# Sweeps for such islands, and how many lie between two looks at the residual.
+MOST_SWEEPS, SWEEPS_PER_LOOK = 200, 10
 
 
 @kernel
@@ -73,67 +81,81 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
     """
     violation = free_violation(rows, num_contacts)
     if violation == 0.0:
+        # Nothing presses: no impulses are the solution, whatever the warm start says.
         for i in range(num_contacts):
             vec3.store(rows[i].impulse, vec3.ZERO)
-    residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-    if residual <= max(tolerance, noise):
-        return residual, 0, CERTIFICATE
+    best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    if best <= max(tolerance, noise):
+        return best, 0, CERTIFICATE
     keep_best(rows, num_contacts)
-    best = residual
     spent = 0
-    method = NEWTON
-    if num_contacts == 1:
+    slots = 0
+    products = 0
+    if num_contacts > 1:
+        slots, products = eliminate(rows, num_contacts, num_bodies, num_handles, index)
+        index[0] = num_bodies + 2 * slots + SCRATCH_BLOCKS
+        if slots < 0 or index[0] > len(blocks):
+            return math.inf, 0, NEEDS_MEMORY
+    if num_contacts == 1 or products > MOST_PRODUCTS:
+        method = SINGLE if num_contacts == 1 else SWEEPS
+        most = 1 if num_contacts == 1 else MOST_SWEEPS
         prepare_local(rows, nodes, num_contacts)
-        sweep(rows, nodes, num_contacts)
-        residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-        return residual, 1, SINGLE
-    slots, products = eliminate(rows, num_contacts, num_bodies, num_handles, index)
-    index[0] = num_bodies + 2 * max(slots, 0) + SCRATCH_BLOCKS
-    if slots < 0 or index[0] > len(blocks):
-        return math.inf, 0, NEEDS_MEMORY
-    if products > MOST_PRODUCTS:
-        prepare_local(rows, nodes, num_contacts)
-        for k in range(MOST_SWEEPS):
+        while spent < most:
             sweep(rows, nodes, num_contacts)
             spent += 1
-            if k % 10 == 9:
+            if spent == most or spent % SWEEPS_PER_LOOK == 0:
                 residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
                 if residual < best:
                     best = residual
                     keep_best(rows, num_contacts)
                 if residual <= max(tolerance, noise):
                     break
-        method = SWEEPS
     else:
-        best, used = newton(
-            rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation, tolerance,
-            residual, best, 1.0, WARM_DELTA, min(WARM_BUDGET, max_iterations),
-        )
-        spent += used
-        factor = 1.0
-        for k in range(ROUNDS + 1):
-            restore_best(rows, num_contacts)
-            residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-            if residual <= max(tolerance, noise) or spent >= max_iterations:
-                break
-            method = NEWTON_SWEEPS
-            if k > 0:
-                prepare_local(rows, nodes, num_contacts)
-                for _ in range(SWEEPS_PER_ROUND * k):
-                    sweep(rows, nodes, num_contacts)
-                residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-                if residual < best:
-                    best = residual
-                    keep_best(rows, num_contacts)
-                factor = 3.0 if k == 1 else (1.0 / 3.0 if k == 2 else 1.0)
-            best, used = newton(
-                rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation, tolerance,
-                residual, best, factor, DAMPED_DELTA, max_iterations - spent,
+        method = NEWTON
+        delta = WARM_DELTA
+        budget = WARM_BUDGET
+        goal = FIRST_GOAL
+        while True:
+            best, used, solved = newton(
+                rows,
+                nodes,
+                blocks,
+                index,
+                num_contacts,
+                num_bodies,
+                num_handles,
+                slots,
+                violation,
+                tolerance,
+                best,
+                delta,
+                min(budget, max_iterations - spent),
             )
             spent += used
+            if solved or spent >= max_iterations or goal < SECOND_GOAL:
+                break
+            best, used = interior_point(
+                rows,
+                nodes,
+                blocks,
+                index,
+                num_contacts,
+                num_bodies,
+                num_handles,
+                slots,
+                violation,
+                goal,
+                best,
+                min(INTERIOR_BUDGET, max_iterations - spent),
+            )
+            spent += used
+            method = INTERIOR_POINT
+            delta = POLISH_DELTA
+            budget = POLISH_BUDGET
+            goal = SECOND_GOAL if goal == FIRST_GOAL else 0.0
     restore_best(rows, num_contacts)
-    residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-    return residual, spent, method
+    best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    return best, spent, method
 
 
 @kernel

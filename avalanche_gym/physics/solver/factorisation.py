@@ -9,8 +9,8 @@ If A is symmetric, U_jk = D_j L_kj^T with D_j = diag(U_j): half of the panel and
 Pivots cannot vanish in the symmetric case (I plus something positive semidefinite); in the other, a factorisation that
 goes wrong is caught by the residual, which rejects the step.
 
-Slots of ``blocks``: [0, n) the diagonal by position, [n, n + slots) the lower triangle, and as many for the upper one in
-the same order, U_jk behind L_kj. The right side is gathered from, and the solution scattered to, ``nodes.scaled``.
+Slots of ``blocks``: [0, n) the diagonal by position, [n, n + slots) the lower triangle, and as many for the upper one
+in the same order, U_jk for L_kj. The right side is gathered from, and the solution scattered to, ``nodes.scaled``.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 """One contact of the proximal Newton step: dr = A - B du.
 
-The equations are those of Alart & Curnier (1991): with z = r - rho u, rho = factor / Wd, and z_n its normal part,
+The equations are those of Alart & Curnier (1991): with z = r - rho u, rho = 1 / Wd, and z_n its normal part,
 
     r_n = max(0, z_n),        r_t = projection of z_t on the disc of radius mu max(0, z_n),
 
 linearised at the present iterate with a proximal weight delta on dr (a step of size delta in r costs as much as the
 equation it should reduce). The inverse of delta is the stiffness k = rho / delta of a closed contact:
 
-    open   z_n <= 0:         dr = -r / (1 + delta)
-    stick  |z_t| < mu z_n:   dr = -k (u + du)
+    open   z_n < 0:          dr = -r / (1 + delta)
+    stick  |z_t| <= mu z_n:  dr = -k (u + du)
     slip   otherwise, with t = z_t / |z_t|, p = n x t, d = mu z_n / |z_t|, F_t = r_t - mu z_n t:
            n . dr = -k (u_n + du_n)
            t . dr = (-t . F_t - mu k u_n - mu (k + rho) du_n) / (1 + delta)
@@ -52,7 +52,7 @@ def add_matrices(a, b):
 
 
 @kernel
-def linearise(row, factor, delta):
+def linearise(row, delta):
     """(status, A, B) of a contact at its present impulse and velocity."""
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     impulse = vec3.load(row.impulse)
@@ -61,15 +61,17 @@ def linearise(row, factor, delta):
     velocity = vec3.load(row.velocity)
     normal = vec3.load(row.normal)
     friction = row.friction
-    rho = factor / row.scale
+    rho = 1.0 / row.scale
     z = vec3.add_scaled(impulse, -rho, velocity)
     z_n = vec3.dot(z, normal)
-    if z_n <= 0.0:
+    # A contact that just touches and bears nothing counts as closed: in a stack that starts to fall all but the lowest
+    # are like that, and would otherwise be found one a step.
+    if z_n < 0.0:
         return OPEN, vec3.scale(-1.0 / (1.0 + delta), impulse), zero
     k = rho / delta
     z_t = vec3.add_scaled(z, -z_n, normal)
     length = math.sqrt(vec3.norm_squared(z_t))
-    if length < friction * z_n:
+    if friction > 0.0 and length <= friction * z_n:
         return STICK, vec3.scale(-k, velocity), (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k)
     impulse_n = vec3.dot(impulse, normal)
     impulse_t = vec3.add_scaled(impulse, -impulse_n, normal)

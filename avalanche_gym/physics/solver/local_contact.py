@@ -1,13 +1,13 @@
 """The contact problem of a single contact, solved exactly: W r + q = u with the contact law between u and r.
 
-In the frame (normal, t1, t2), W symmetric positive definite (Bonnefon & Daviet 2011 treat the same problem by a quartic):
+In the frame (normal, t1, t2), W symmetric positive definite (Bonnefon & Daviet 2011 solve it by a quartic):
 
     open   q_n >= 0:  r = 0
     stick  r = -W^-1 q, if that lies in the cone
     slip   u_n = 0 and u_t = -lambda r_t, lambda >= 0, |r_t| = mu r_n. With r_n = -(q_n + W_nt r_t) / W_nn eliminated,
            S = W_tt - W_tn W_nt / W_nn,  b = q_t - W_tn q_n / W_nn:   r_t = -(S + lambda)^-1 b,
-           and lambda is the root of f(lambda) = |r_t| - mu r_n. f(0) > 0 since sticking left the cone, and f < 0 for large
-           lambda, where r_t -> 0 and r_n -> -q_n / W_nn > 0. A bracketed Newton iteration finds it.
+           and lambda is the root of f(lambda) = |r_t| - mu r_n. f(0) > 0 since sticking left the cone, and f < 0 for
+           large lambda, where r_t -> 0 and r_n -> -q_n / W_nn > 0. A bracketed Newton iteration finds it.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import math
 
 from ..jit import kernel
 
-# |f| relative to mu r_n at which the slip direction is final, and the most iterations (bisection alone needs 60).
+# |f| relative to |r_t| at which the slip direction is final, and the most iterations (bisection alone needs 60).
 SLIP_ACCURACY = 1e-15
 SLIP_ITERATIONS = 80
 
 
 @kernel
 def slip_impulse(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, shift):
-    """(r_n, r_1, r_2) for a given lambda = ``shift``, and d|r_t|/d lambda - needs r_t; see ``slip_solution``."""
+    """(r_n, r_1, r_2) for a given lambda = ``shift``."""
     a11 = s11 + shift
     a22 = s22 + shift
     inverse = 1.0 / (a11 * a22 - s12 * s12)
@@ -55,7 +55,6 @@ def slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction):
         d_1 = (s12 * r_2 - a22 * r_1) * inverse
         d_2 = (s12 * r_1 - a11 * r_2) * inverse
         slope = (r_1 * d_1 + r_2 * d_2) / length + friction * (w_n1 * d_1 + w_n2 * d_2) / w_nn
-        # Newton on 1/|r_t| against 1/(mu r_n) would be exact for isotropic S; on f itself it undershoots from the left.
         step = shift - value / slope
         if slope < 0.0 and low < step < high:
             shift = step

@@ -35,8 +35,8 @@ from .problem import prepare_nodes, prepare_rows
 def prepare_gaps(contacts, order, num_contacts, most_overlap, rows):
     """Replace velocities by gaps, drop friction, and guess the multipliers.
 
-    The guess is proportional to the contact impulses, in the size that the overlaps call for. It matters only as a guess
-    of the active contacts.
+    The guess is proportional to the contact impulses, in the size that the overlaps call for. It only matters for which
+    contacts are taken to be active.
     """
     overlaps = 0.0
     impulses = 0.0
@@ -74,7 +74,7 @@ def project_island(
     blocks,
     index,
 ):
-    """Displacements that remove the overlaps of one island; arguments and results are described at the top of this file."""
+    """Displacements that remove the overlaps of one island; arguments and results: see the top of this file."""
     prepare_nodes(bodies, states, island_bodies, num_bodies, nodes, index)
     prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows, nodes, index)
     prepare_gaps(contacts, order, num_contacts, most_overlap, rows)

@@ -24,7 +24,11 @@ ROW = np.dtype(  # (contacts of the island,)
         ("normal", np.float64, 3),  # unit, from a to b, world frame
         ("arm_a", np.float64, 3),  # [m] from the centre of mass of a to the contact, world frame
         ("arm_b", np.float64, 3),
-        ("free", np.float64, 3),  # w [m/s]: relative velocity of b against a without impulses, plus bias along the normal
+        (
+            "free",
+            np.float64,
+            3,
+        ),  # w [m/s]: relative velocity of b against a without impulses, plus bias along the normal
         ("impulse", np.float64, 3),  # r [N s] on b, world frame
         ("velocity", np.float64, 3),  # u = G y + w [m/s]
         ("accepted", np.float64, 3),  # r before the step that is on trial
@@ -32,6 +36,10 @@ ROW = np.dtype(  # (contacts of the island,)
         ("status", np.int64),  # OPEN, STICK or SLIP (solver/linearisation.py)
         ("offset", np.float64, 3),  # A of the Newton step dr = A - B du [N s]
         ("stiffness", np.float64, 9),  # B [kg]
+        ("x", np.float64, 3),  # (mu r_n, r_t) of the interior-point method [N s]
+        ("z", np.float64, 3),  # (u_n / mu + |u_t|, u_t) [m/s]
+        ("dx", np.float64, 3),
+        ("dz", np.float64, 3),
         ("local", np.float64, 6),  # W_ii [1/kg] in the frame (normal, t1, t2): nn, n1, n2, 11, 12, 22; for sweeps only
     ],
     align=True,
