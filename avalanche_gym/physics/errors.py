@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class PhysicsError(RuntimeError):
-    """A step could not be completed in some worlds; the others finished, and those stand where their last good step ended.
+    """A step failed in some worlds; the others finished, and those stand where their last good step ended.
 
     Attributes:
         worlds: indices of the worlds concerned.

@@ -8,7 +8,7 @@ package that its file imports, directly or not. An edit invalidates what depends
 * ``entry_point``: functions called from Python. The first compilation of a process that finds no cached code says so in
   one line on stderr.
 * ``stage``: functions called from compiled code through their address, with integers as arguments. The caller does not
-  contain them, so each is compiled once, and only if a scene needs it. (A kernel is optimised anew inside each caller: a
+  contain them, so each is compiled once, and only if a scene needs it. (A kernel is optimised anew in each caller: a
   chain of seven kernels around the box-box test compiled that test seven times.)
 
 Neither uses ``fastmath``: lanes of a batch must agree bit for bit, and NaN must stay visible to ``isnan``.
@@ -188,7 +188,7 @@ class Stage:
         """Of the machine code, for ``call_stage``."""
         arguments = self._function.__code__.co_argcount
         signature = types.int64(*[types.int64] * arguments)
-        compiled = ccallback.CFunc(
+        compiled: Any = ccallback.CFunc(
             self._function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
         )
         compiled._cache = _AnnouncedCache(self._function)

@@ -28,7 +28,8 @@ UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
-# --- Model: constant while the world steps -----------------------------------------------------------------------------
+# --- Model: constant while the world steps
+# -----------------------------------------------------------------------------
 
 BODY = np.dtype(  # (worlds, bodies)
     [
@@ -140,7 +141,8 @@ PAIR_RULE = np.dtype(  # (materials, materials): set_pair; NaN where the bodies'
     [("friction", np.float64), ("restitution", np.float64)], align=True
 )
 
-# --- State: what a step changes ----------------------------------------------------------------------------------------
+# --- State: what a step changes
+# ----------------------------------------------------------------------------------------
 
 BODY_STATE = np.dtype(  # (worlds, bodies)
     [

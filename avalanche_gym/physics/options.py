@@ -17,15 +17,15 @@ class Options:
     time_step: float = 1.0 / 240.0
     """[s] of one step. Half the step costs twice the time; errors of sliding and rolling fall to a quarter."""
     tolerance: float = 1e-12
-    """Relative residual of the contact problem that the solver aims at. 1e-6 saves iterations where bodies slide or jam."""
+    """Relative residual that the contact solver aims at. 1e-6 saves iterations where bodies slide or jam."""
     substeps: int = 8
-    """Sweeps of the pile tier in one step, for islands too large to be solved exactly. Time grows with it."""
+    """Substeps of the pile tier, for islands too large to be solved exactly. Accepted, not yet used."""
     max_iterations: int = 60
     """Factorisations that the exact tier may spend on one island and step. Only islands that stall get there."""
     events: bool = True
-    """Locate impacts in time where that changes the outcome. ``False`` is plain time stepping, cheaper in scenes that bounce."""
+    """Locate impacts in time where that matters; ``False`` is plain time stepping. Accepted, not yet used."""
     sleeping: bool = True
-    """Let islands in balance rest until something disturbs them. Saves nearly all the time of a settled pile."""
+    """Let islands in balance rest until something disturbs them. Accepted, not yet used: every body stays awake."""
     max_contacts: int | None = None
     """Contacts a world may have. ``None`` grows as needed; a number is a hard limit, and exceeding it an error."""
     threads: int = 1

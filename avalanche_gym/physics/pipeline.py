@@ -51,7 +51,7 @@ def step_world(address, workspace_address, world):
 
 @kernel
 def begin_call(header, world):
-    """Apply the impulses that wait for this call, and open its report; return the body that one of them breaks, or -1."""
+    """Apply the impulses that wait, and open the report; return the body that one of them breaks, or -1."""
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     impulses = vectors_of(header.impulses, header, world, 6)

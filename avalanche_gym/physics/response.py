@@ -145,8 +145,8 @@ def commit(address, workspace_address, world, count):
 def _average_flight(bodies, starts, ends, contacts, count, time_step):
     """Bodies that lasting contacts bear move by the mean of their velocities at both ends: the trapezoid rule.
 
-    In uniform gravity that is the parabola again. Elsewhere it keeps a body at rest exactly where it is, whatever the order
-    to which its fall and the support's impulse, taken apart, would cancel.
+    In uniform gravity that is the parabola again. Elsewhere it keeps a body at rest exactly where it is, whatever the
+    order to which its fall and the support's impulse, taken apart, would cancel.
     """
     for number in range(count):
         contact = contacts[number]

@@ -1,8 +1,8 @@
 """The contact solver, slow and obvious: dense matrices, one residual, projected Gauss-Seidel; and islands to try it on.
 
-Only ``Island.solve`` and ``Island.project`` call the engine; the rest does not. The Delassus matrix is assembled from Jacobians in world coordinates, the residual is the
-natural map of the De Saxce formulation (as in ``avalanche_gym/physics/solver/residual.py``), and the solution comes
-from many small projections.
+Only ``Island.solve`` and ``Island.project`` call the engine; the rest does not. The Delassus matrix is assembled from
+Jacobians in world coordinates, the residual is the natural map of the De Saxce formulation (as in
+``avalanche_gym/physics/solver/residual.py``), and the solution comes from many small projections.
 """
 
 from __future__ import annotations
@@ -187,7 +187,8 @@ class Problem:
     """u = W r + w with the contact law between u_i and r_i, everything in world vectors.
 
     Attributes:
-        delassus: (3n, 3n) [1/kg]; free: (3n,) [m/s]; normals: (n, 3); friction: (n,); response: (6 bodies, 3n), M^-1 J^T.
+        delassus: (3n, 3n) [1/kg]; free: (3n,) [m/s]; normals: (n, 3); friction: (n,); response: (6 bodies, 3n), M^-1
+        J^T.
     """
 
     delassus: np.ndarray
@@ -289,7 +290,8 @@ def problem_of(island: Island) -> Problem:
     )
 
 
-# --- Islands -------------------------------------------------------------------------------------------------------------
+# --- Islands
+# -------------------------------------------------------------------------------------------------------------
 
 
 def stack(count=10, half=0.1, mass=1.0, top=1.0, friction=0.5, duration=1 / 60) -> Island:
@@ -341,7 +343,7 @@ def random_island(rng: np.random.Generator, bodies=4, contacts=10, ratio=1.0, fr
         mass = float(ratio ** rng.uniform())
         moments = mass * 0.02 * rng.uniform(0.5, 1.0, 3)
         island.body(
-            rng.uniform(-1, 1, 3) + (0, 0, 1.0),
+            rng.uniform(-1, 1, 3) + np.array([0.0, 0.0, 1.0]),
             mass,
             moments,
             orientation=rng.normal(size=4),

@@ -14,7 +14,7 @@ UNBOUNDED = (math.inf, math.inf, math.inf)
 
 @kernel
 def collider_box(header, collider, center, rotation):
-    """Bounds (low, high) [m] of a collider whose body's principal frame is at ``center`` with ``rotation`` (9 floats)."""
+    """Bounds (low, high) [m] of a collider; its body's principal frame is at ``center`` with ``rotation`` (9)."""
     middle = vec3.add(center, mat3.apply(rotation, vec3.load(collider.position)))
     own = mat3.multiply(rotation, quat.to_matrix(quat.load(collider.orientation)))
     shape = collider.shape
@@ -69,8 +69,8 @@ def _extent(rotation, half):
 def swept_box(header, colliders, body, start, end, turned, slack, box):
     """Write the bounds of a body over a step, widened by ``slack`` [m], into box[0:6].
 
-    ``start`` and ``end`` are its states; ``turned`` [rad] bounds its rotation. A body that turns is given the room of the
-    arc that its farthest point describes, at most the sphere that holds it.
+    ``start`` and ``end`` are its states; ``turned`` [rad] bounds its rotation. A body that turns is given the room of
+    the arc that its farthest point describes, at most the sphere that holds it.
     """
     rotation = quat.to_matrix(quat.load(start.orientation))
     center = vec3.load(start.center)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import vec3
 
-# A contact that bore load and is now closer than this fraction of the smaller body still touches. Larger: a body that has
-# left the ground by less is not seen to fall on it again as an impact.
+# A contact that bore load and is now closer than this fraction of the smaller body still touches. Larger: a body that
+# has left the ground by less is not seen to fall on it again as an impact.
 TOUCH = 1e-4
 # Contacts of the same pair within this fraction of the smaller body, normals within a third of a right angle, are taken
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.

@@ -4,11 +4,13 @@ Let the bodies fly the whole step as if nothing touched. The gap of a contact wo
 
     gap_end = gap + n . (d_b - d_a) + h n . s,
 
-d_a and d_b being exact displacements and s the velocity of b's surface against its body. A corner is displaced with the
-material; of a rounded shape it is the point of its core (the centre of a sphere) that tells how the surface moves, for the
-surface does not move where a sphere spins. The solver asks for n . u + bias >= 0, u the relative velocity at the end of the step:
+d_a and d_b being exact displacements and s the velocity of b's surface against its body. A corner is displaced with
+the material; of a rounded shape it is the point of its core (the centre of a sphere) that tells how the surface
+moves, for the surface does not move where a sphere spins. The solver asks for n . u + bias >= 0, u the relative
+velocity at the end of the step:
 
-* A contact that lasts (it bore load and still touches) must not approach: bias = 0. Its impulse is spread over the step,
+* A contact that lasts (it bore load and still touches) must not approach: bias = 0. Its impulse is spread over the
+step,
   so that it moves the body by half of h times the change of velocity: together with the flight, the trapezoid rule.
 * A contact that is new may close what is open: h (n . u - n . u_free) >= -gap_end, so bias = gap_end / h - n . u_free.
   Its impulse moves the body by all of h times the change of velocity, which ends the step with gap 0. Overlap that is
@@ -24,8 +26,8 @@ import math
 from ..jit import kernel
 from ..maths import quat, vec3
 
-# A contact whose gap ends larger than this fraction of the smaller body is left out of the problem. It can still come into
-# play when a neighbour is pushed by more than that in one step; smaller values then allow overlap for one step.
+# A contact whose gap ends larger than this fraction of the smaller body is left out of the problem. It can still come
+# into play when a neighbour is pushed by more than that in one step; smaller values then allow overlap for one step.
 SLACK = 0.05
 
 
@@ -61,8 +63,8 @@ def gap_change(contact, start_a, end_a, start_b, end_b, time_step):
 def predict_contacts(bodies, starts, ends, moving, time_step, contacts, num_contacts):
     """Set ``bias`` of each contact and drop those that cannot matter; return how many remain.
 
-    ``starts`` and ``ends`` are the states (bodies,) at both ends of the flight, ``moving`` those with the centres of the
-    start and the velocities of the end, which the solver works on.
+    ``starts`` and ``ends`` are the states (bodies,) at both ends of the flight, ``moving`` those with the centres of
+    the start and the velocities of the end, which the solver works on.
     """
     kept = 0
     for index in range(num_contacts):
@@ -98,10 +100,10 @@ def release_lasting(contacts, num_contacts):
 def prepare_impacts(starts, time_step, contacts, num_contacts):
     """Turn each new contact that closed into an impact; return how many there were.
 
-    The first solve brought it to gap 0. Its velocity must now not approach, or leave with the restitution times the speed
-    of approach v at the instant of touch: v^2 = v_0^2 - 2 a gap, with the speed v_0 at the start of the step and the
-    acceleration a within it. At gap 0 that speed has the energy of the flight, so that no bounce gains any. A contact
-    whose approach is only what the fields gave it in this step rests: it does not bounce.
+    The first solve brought it to gap 0. Its velocity must now not approach, or leave with the restitution times the
+    speed of approach v at the instant of touch: v^2 = v_0^2 - 2 a gap, with the speed v_0 at the start of the step
+    and the acceleration a within it. At gap 0 that speed has the energy of the flight, so that no bounce gains any. A
+    contact whose approach is only what the fields gave it in this step rests: it does not bounce.
     """
     count = 0
     for index in range(num_contacts):

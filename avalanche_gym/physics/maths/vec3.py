@@ -109,7 +109,8 @@ def max_(a, b):
 def tangents(n):
     """Two unit vectors t1, t2 that make (n, t1, t2) right-handed, for a unit n.
 
-    Duff et al. 2017, "Building an orthonormal basis, revisited", listing 3: continuous but for the sign change at n_z = 0.
+    Duff et al. 2017, "Building an orthonormal basis, revisited", listing 3: continuous but for the sign change at n_z
+    = 0.
     """
     sign = math.copysign(1.0, n[2])
     a = -1.0 / (sign + n[2])

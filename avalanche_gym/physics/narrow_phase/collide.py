@@ -30,7 +30,7 @@ def _rounding(collider):
 
 @kernel
 def _ask(header, query, query_address, first, state_first, second, state_second, count):
-    """Contacts of two colliders, the shape code of ``first`` at most that of ``second``; normals from first to second."""
+    """Contacts of two colliders, the smaller shape code first; normals from first to second."""
     position_a, rotation_a = place(first, state_first)
     position_b, rotation_b = place(second, state_second)
     reach = first.radius + second.radius + query.margin

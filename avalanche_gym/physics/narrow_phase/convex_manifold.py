@@ -323,8 +323,9 @@ def face_contacts(
 ):
     """Contacts of a flat face; the new count, and whether they describe the pair completely.
 
-    They don't if no face is aligned with the normal, or if nothing over it is as close as ``gap``: then other features
-    are closest. If they are known (``closest``: their feature, ``point``: the one on b), they are added. ``position``, ``rotation``: of a in the world; everything else is in the frame of a.
+    They don't if no face is aligned with the normal, or if nothing over it is as close as ``gap``: then other
+    features are closest. If they are known (``closest``: their feature, ``point``: the one on b), they are added.
+    ``position``, ``rotation``: of a in the world; everything else is in the frame of a.
     """
     face_a, cosine_a = facing(a, faces, normal)
     face_b, cosine_b = facing(b, faces, vec3.neg(normal))
@@ -368,6 +369,8 @@ def face_contacts(
         center, axis, half, line_radius = straight_line(other, against, STANDING)
         if half == 0.0:
             return count, False
+        # Which of its caps looks down is round-off.
+        incident = 0
         toward = against
         if other[0][0] == CYLINDER:
             toward = vec3.normalize(vec3.add_scaled(against, -vec3.dot(against, axis), axis))

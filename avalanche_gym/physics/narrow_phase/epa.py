@@ -24,7 +24,8 @@ NORMAL, DISTANCE, CORNER = 0, 3, 4
 # A support point this close to a face, as a fraction of the pair's size, is in its plane: the face is final.
 FLAT = 1e-13
 
-# Faces this close to the nearest one, as a fraction of the pair's size, may be parts of the same face of the difference.
+# Faces this close to the nearest one, as a fraction of the pair's size, may be parts of the same face of the
+# difference.
 SAME_PLANE = 1e-10
 
 # Triangles of less area than this fraction of the squared size have no normal and are passed over.
