@@ -38,6 +38,11 @@ class SB3VecEnv(VecEnv):
     """
 
     def __init__(self, id: str, num_envs: int, **kwargs: Any) -> None:
+        if not isinstance(id, str) or not id.split(":")[-1].startswith("avalanche/"):
+            raise ValueError(
+                f"SB3VecEnv(id={id!r}): allowed are ids of this package, such as 'avalanche/PlanetLanding-v0'; "
+                "for others use stable_baselines3.common.env_util.make_vec_env."
+            )
         env = gymnasium.make_vec(
             id,
             num_envs=num_envs,
@@ -45,10 +50,7 @@ class SB3VecEnv(VecEnv):
             autoreset_mode=AutoresetMode.SAME_STEP,
             **kwargs,
         )
-        if not isinstance(env, NativeVectorEnv):
-            raise TypeError(
-                f"SB3VecEnv(id={id!r}): allowed are ids of this package, avalanche/...; wrap others yourself."
-            )
+        assert isinstance(env, NativeVectorEnv)
         self.env = env
         self.lanes = [env.lane(index) for index in range(num_envs)]
         self._own: list[dict[str, Any]] = [{} for _ in range(num_envs)]  # what set_attr gave to lanes

@@ -227,12 +227,12 @@ class NativeVectorEnv(VectorEnv):
             self.elapsed[lane] = state.elapsed
             self._ended[lane] = state.ended
 
-    @property  # type: ignore[override]
+    @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:
         """The generator of each lane."""
         return tuple(self.task.generators)
 
-    @property  # type: ignore[override]
+    @property  # type: ignore[misc]
     def np_random_seed(self) -> tuple[int | None, ...]:
         """The seed of each lane."""
         return tuple(self._seeds)

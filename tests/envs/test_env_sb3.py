@@ -86,5 +86,5 @@ def test_works_under_vec_normalize_and_evaluate_policy():
 
 
 def test_other_ids_are_refused():
-    with pytest.raises(TypeError, match="CartPole-v1.*avalanche/"):
+    with pytest.raises(ValueError, match="CartPole-v1.*avalanche/.*make_vec_env"):
         SB3VecEnv("CartPole-v1", 2)

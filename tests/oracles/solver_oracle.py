@@ -1,7 +1,7 @@
 """The contact solver, slow and obvious: dense matrices, one residual, projected Gauss-Seidel; and islands to try it on.
 
-Only ``Island.solve`` and ``Island.project`` call the engine; the rest does not. The Delassus matrix is assembled from
-Jacobians in world coordinates, the residual is the natural map of the De Saxce formulation (as in
+Only ``Island.solve`` and ``Island.project`` call the engine. The Delassus matrix is assembled from Jacobians in world
+coordinates, the residual is the natural map of the De Saxce formulation (as in
 ``avalanche_gym/physics/solver/residual.py``), and the solution comes from many small projections.
 """
 
@@ -216,7 +216,8 @@ class Problem:
         with np.errstate(all="ignore"):
             ratio = np.where(slip > 0, self.friction * foot / slip, 0.0)
         surface = foot[:, None] * self.normals + ratio[:, None] * tangential
-        return np.where((slip <= self.friction * along)[:, None], vectors, surface)
+        inside = (along >= 0) & (slip <= self.friction * along)
+        return np.where(inside[:, None], vectors, surface)
 
     def natural_map(self, impulses):
         velocities = (self.delassus @ impulses.ravel() + self.free).reshape(-1, 3)

@@ -104,12 +104,18 @@ def test_single_contact_is_solved_exactly():
         assert problem.residual(np.array([r])) < 1e-11
 
 
+def test_projection_on_a_half_line():
+    """Without friction, and exactly along the normal: nothing pulls."""
+    assert project((0.0, 0.0, -0.5), (0.0, 0.0, 1.0), 0.0) == (0.0, 0.0, 0.0)
+    assert project((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), 0.0) == (0.0, 0.0, 0.5)
+
+
 def test_projection_on_the_cone():
     rng = np.random.default_rng(0)
     for _ in range(200):
         normal = rng.normal(size=3)
         normal /= np.linalg.norm(normal)
-        z = rng.normal(size=3)
+        z = rng.normal() * normal if rng.random() < 0.2 else rng.normal(size=3)
         friction = rng.choice([0.0, 0.3, 2.0])
         twin = Problem(np.eye(3), np.zeros(3), normal[None], np.array([friction]), np.zeros((0, 3)))
         np.testing.assert_allclose(project(tuple(z), tuple(normal), friction), twin.project(z[None])[0], atol=1e-14)
@@ -119,7 +125,7 @@ def test_scaling_point_maps_one_vector_to_the_other():
     rng = np.random.default_rng(0)
     n = (0.0, 0.6, 0.8)
     for _ in range(100):
-        x, z = (tuple(np.linalg.norm(v) * 1.1 * np.array(n) + v) for v in rng.normal(size=(2, 3)))
+        x, z = (tuple(v + (1.1 * np.linalg.norm(v) - v @ n) * np.array(n)) for v in rng.normal(size=(2, 3)))
         w, stretch = lorentz.scaling_point(x, z, n)
         w_n = np.array(w)
         matrix = stretch * (2 * np.outer(w_n, w_n) - 2 * np.outer(n, n) + np.eye(3))

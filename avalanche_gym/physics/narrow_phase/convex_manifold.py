@@ -54,6 +54,9 @@ FIRST_END_FEATURE = PAIR_FEATURE + 1
 # A common stretch of two lines shorter than this fraction of the pair's size has no two ends.
 SHORTEST_STRETCH = 1e-3
 
+# An end stands for the closest pair only if its own normal is the same within this angle [rad]; round-off at rest is less.
+SAME_NORMAL = 1e-7
+
 # Instead of the feature of the closest pair: it has not been looked for.
 UNKNOWN = -1
 
@@ -460,7 +463,8 @@ def line_contacts(a, b, normal, gap, size, margin, position, rotation, contacts,
             end_gap, ray, middle = _square_across(center_a, u, radius_a, limit, center_b, v, radius_b)
         # Where the axes all but meet, the ray has no sense.
         if vec3.dot(ray, normal) > FACE_ALIGNED and end_gap <= margin:
-            least = min(least, end_gap)
+            if vec3.norm_squared(vec3.sub(ray, normal)) <= SAME_NORMAL * SAME_NORMAL:
+                least = min(least, end_gap)
             middle = vec3.add(position, mat3.apply(rotation, middle))
             count = emit(contacts, count, middle, mat3.apply(rotation, ray), end_gap, FIRST_END_FEATURE + end)
     return count, least <= gap + AS_CLOSE * size

@@ -18,7 +18,8 @@ def project(z, normal, friction):
     along = vec3.dot(z, normal)
     tangential = vec3.add_scaled(z, -along, normal)
     slip = math.sqrt(vec3.norm_squared(tangential))
-    if slip <= friction * along:
+    # Without friction the cone is a half line, and -0.0 >= 0.0 holds: the sign has to be asked for.
+    if along >= 0.0 and slip <= friction * along:
         return z
     if friction * slip <= -along:
         return (0.0, 0.0, 0.0)
