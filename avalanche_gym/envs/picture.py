@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ..rendering import Camera, Lighting, Marker, Visual
+    from ..rendering import Camera, Lighting, Marker, WorldView
     from .base import BatchedTask
 
 RENDER_MODES = ("rgb_array",)
@@ -28,21 +28,21 @@ class Picture(ABC):
     """Draws lanes of one task; the renderer is made once and holds its buffers."""
 
     def __init__(self, task: BatchedTask) -> None:
-        from ..rendering import Renderer, SceneView  # here, since environments that draw nothing need no renderer
+        from ..rendering import Renderer  # here, since environments that draw nothing need no renderer
 
         self.task = task
-        self.view = SceneView(self.visuals())
-        self.renderer = Renderer(WIDTH, HEIGHT, lighting=self.lighting())
+        self.view = self.make_view()
+        self.renderer = Renderer(WIDTH, HEIGHT)
 
     @abstractmethod
-    def visuals(self) -> list[Visual]:
-        """One visual for each body of the scene, in the order of their handles."""
+    def make_view(self) -> WorldView:
+        """The bodies and their colours."""
 
     @abstractmethod
     def camera(self, lane: int) -> Camera:
         """From where a lane is seen."""
 
-    def lighting(self) -> Lighting:
+    def lighting(self, lane: int) -> Lighting:
         """Sun and sky."""
         from ..rendering import DAY
 
@@ -57,7 +57,7 @@ class Picture(ABC):
 
     def frame(self, lane: int) -> NDArray[np.uint8]:
         """(height, width, 3) uint8."""
-        world: Any = self.task.world
         self.prepare(lane)
-        self.view.set_poses(world.position[lane], world.orientation[lane])
+        self.view.update(self.task.world, lane)
+        self.renderer.lighting = self.lighting(lane)
         return self.renderer.render(self.view, self.camera(lane), list(self.markers(lane)))

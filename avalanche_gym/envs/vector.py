@@ -228,12 +228,12 @@ class NativeVectorEnv(VectorEnv):
             self._ended[lane] = state.ended
 
     @property  # type: ignore[misc]
-    def np_random(self) -> tuple[np.random.Generator, ...]:
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The generator of each lane."""
         return tuple(self.task.generators)
 
-    @property  # type: ignore[misc]
-    def np_random_seed(self) -> tuple[int | None, ...]:
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
         """The seed of each lane."""
         return tuple(self._seeds)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from .contacts.islands import find_islands
 from .contacts.matching import match_contacts
-from .contacts.prediction import SLACK, measure_end, predict_contacts, prepare_impacts, release_lasting
+from .contacts.prediction import SLACK, measure_end, predict_contacts, prepare_impacts, release_lasting, unsettle
 from .frames import publish_body
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
@@ -96,6 +96,10 @@ def solve_contacts(address, workspace_address, world, count):
     islands = _islands(header, workspace, bodies, contacts, count)
     if not _solve(address, workspace_address, world, islands):
         return -1
+    if _unsettle(workspace, states, flown, contacts, islands, header.time_step) > 0:
+        _restart(moving, flown)
+        if not _solve(address, workspace_address, world, islands):
+            return -1
     _displacements(bodies, states, contacts, count, header.time_step, corrections)
     _displace_all(bodies, flown, corrections)
     if prepare_impacts(states, header.time_step, contacts, count) > 0:
@@ -157,6 +161,17 @@ def _average_flight(bodies, starts, ends, contacts, count, time_step):
                     total = vec3.add(vec3.load(starts[index].velocity), vec3.load(ends[index].velocity))
                     place = vec3.add_scaled(vec3.load(starts[index].center), 0.5 * time_step, total)
                     vec3.store(ends[index].center, place)
+
+
+@kernel
+def _unsettle(workspace, states, flown, contacts, islands, time_step):
+    """In islands that something strikes, let all contacts move their bodies alike; return how many changed."""
+    starts = table(workspace.island_starts, workspace.island_starts_size, np.int64)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    changed = 0
+    for number in range(islands):
+        changed += unsettle(states, flown, time_step, contacts, order, starts[number], starts[number + 1])
+    return changed
 
 
 @kernel

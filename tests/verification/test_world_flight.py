@@ -1,4 +1,4 @@
-"""Free motion through the whole engine, with the default options but for the step: a World keeps what the flight gives."""
+"""Free motion through the whole engine, with the default options but for the step."""
 
 import math
 

@@ -33,9 +33,9 @@ class PlanetLandingTask(BatchedTask):
     observation_bound = observation.BOUND
 
     def build_scene(self) -> physics.Scene:
-        planet = scene.planet_of(self.level)
-        built, self.lander = scene.build_scene(planet)
-        ground = Ground(planet, scene.SUBDIVISIONS)
+        self.planet = scene.planet_of(self.level)
+        built, self.lander = scene.build_scene(self.planet)
+        ground = Ground(self.planet, scene.SUBDIVISIONS)
         self._ground = (ground.directions, ground.faces, ground.centers, ground.planes)
         body = built.bodies[self.lander]
         assert body is not None

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...rendering import AGENT, MOON, SPACE, Camera, Lighting, Marker, Visual, as_planet, geometry_of, primitives
+from ...rendering import AGENT, MOON, SPACE, Camera, Lighting, Marker, WorldView, as_planet, geometry_of, primitives
 from ..picture import Picture
 from .scene import PLANET_RADIUS, turn_from_z
 
@@ -22,14 +23,19 @@ class PlanetLandingPicture(Picture):
 
     task: PlanetLandingTask
 
-    def visuals(self) -> list[Visual]:
-        planet, lander = (geometry_of(body.shape) for body in self.task.world.scene.bodies)  # type: ignore[union-attr]
+    def make_view(self) -> WorldView:
         self._site = primitives.beam(max(float(self.task.ranges.site_radius[0]), 0.1), -BEAM_HEIGHT, BEAM_HEIGHT)
         self._flame = primitives.capsule(0.08, 0.5 * FLAME)
-        return [Visual(as_planet(planet, MOON), color="#ffffff", static=True), Visual(lander, color=AGENT)]
+        planet = as_planet(geometry_of(self.task.planet), MOON)
+        return WorldView(self.task.world, colors={"lander": AGENT}, geometries={"planet": planet})
 
-    def lighting(self) -> Lighting:
-        return SPACE
+    def lighting(self, lane: int) -> Lighting:
+        # The sun stands high wherever the lander is: no picture of a landing at night.
+        up = self.task.world.position[lane, self.task.lander]
+        up = up / np.linalg.norm(up)
+        side = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+        sun = up + 0.8 * side / np.linalg.norm(side)
+        return replace(SPACE, sun=tuple(np.round(sun, 1).tolist()))
 
     def camera(self, lane: int) -> Camera:
         world, lander = self.task.world, self.task.lander

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...rendering import AGENT, Camera, Geometry, Marker, Visual, geometry_of, primitives
+from ...rendering import AGENT, Camera, Geometry, Marker, WorldView, primitives
 from ..picture import Picture
 from .scene import height_at
 
@@ -19,15 +19,9 @@ class PushTerrainPicture(Picture):
 
     task: PushTerrainTask
 
-    def visuals(self) -> list[Visual]:
+    def make_view(self) -> WorldView:
         self._beams: dict[float, Geometry] = {}
-        bodies = self.task.world.scene.bodies
-        ground, pusher, body = (geometry_of(bodies[handle].shape) for handle in range(3))  # type: ignore[union-attr]
-        return [
-            Visual(ground, color="#ffffff", static=True, casts_shadow=False),
-            Visual(pusher, color=AGENT),
-            Visual(body, color="#d9a441"),
-        ]
+        return WorldView(self.task.world, colors={"pusher": AGENT, "body": "#d9a441"})
 
     def prepare(self, lane: int) -> None:
         self.view.set_heights(self.task.ground, self.task.heights[lane])

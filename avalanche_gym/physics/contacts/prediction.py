@@ -97,26 +97,63 @@ def release_lasting(contacts, num_contacts):
 
 
 @kernel
+def approach_speed(starts, contact):
+    """Normal velocity [m/s] of a contact at the start of the step, negative if it closes."""
+    point = vec3.load(contact.position)
+    before = vec3.sub(point_velocity(starts[contact.body_b], point), point_velocity(starts[contact.body_a], point))
+    return vec3.dot(vec3.load(contact.normal), vec3.add(before, vec3.load(contact.surface_velocity)))
+
+
+@kernel
+def strikes(starts, contact):
+    """Whether a contact is new, was loaded by the first solve, and is faster than the fields made it in this step."""
+    if contact.persistent == 1 or vec3.dot(vec3.load(contact.impulse), vec3.load(contact.normal)) <= 0.0:
+        return False
+    approach = approach_speed(starts, contact)
+    return -approach > abs(contact.free - approach)
+
+
+@kernel
+def unsettle(starts, ends, time_step, contacts, order, first, last):
+    """In an island that is struck, make lasting contacts new ones; return how many there were.
+
+    A new contact moves its bodies by h times the change of velocity. A lasting one that answered the blow would move
+    them back by half of that, and be pushed in by the rest. The island is contacts[order[first:last]].
+    """
+    struck = False
+    for index in range(first, last):
+        struck = struck or strikes(starts, contacts[order[index]])
+    changed = 0
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if struck and contact.persistent == 1:
+            a = contact.body_a
+            b = contact.body_b
+            change = gap_change(contact, starts[a], ends[a], starts[b], ends[b], time_step)
+            contact.persistent = 0
+            contact.bias = max((change + max(contact.gap, 0.0)) / time_step - contact.free, 0.0)
+            changed += 1
+    return changed
+
+
+@kernel
 def prepare_impacts(starts, time_step, contacts, num_contacts):
     """Turn each new contact that closed into an impact; return how many there were.
 
     The first solve brought it to gap 0. Its velocity must now not approach, or leave with the restitution times the
-    speed of approach v at the instant of touch: v^2 = v_0^2 - 2 a gap, with the speed v_0 at the start of the step
-    and the acceleration a within it. At gap 0 that speed has the energy of the flight, so that no bounce gains any. A
+    speed of approach v at the instant of touch: v^2 = v_0^2 - 2 a gap, with the speed v_0 at the start of the step and
+    the acceleration a within it. At gap 0 that speed has the energy of the flight, so that no bounce gains any. A
     contact whose approach is only what the fields gave it in this step rests: it does not bounce.
     """
     count = 0
     for index in range(num_contacts):
         contact = contacts[index]
-        normal = vec3.load(contact.normal)
-        if contact.persistent == 1 or vec3.dot(vec3.load(contact.impulse), normal) <= 0.0:
+        if contact.persistent == 1 or vec3.dot(vec3.load(contact.impulse), vec3.load(contact.normal)) <= 0.0:
             continue
-        point = vec3.load(contact.position)
-        before = vec3.sub(point_velocity(starts[contact.body_b], point), point_velocity(starts[contact.body_a], point))
-        approach = vec3.dot(normal, vec3.add(before, vec3.load(contact.surface_velocity)))
-        gained = contact.free - approach
         contact.bias = 0.0
-        if -approach > abs(gained):
+        if strikes(starts, contact):
+            approach = approach_speed(starts, contact)
+            gained = contact.free - approach
             square = approach * approach - 2.0 * gained / time_step * max(contact.start_gap, 0.0)
             contact.bias = -contact.restitution * math.sqrt(max(square, 0.0))
         count += 1

@@ -18,7 +18,7 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import BOX, CAPSULE, CYLINDER, HULL
 from .convex_manifold import PAIR_FEATURE, UNKNOWN, face_contacts, line_contacts
-from .epa import deepest_points
+from .epa import FLAT, deepest_points
 from .gjk import TOUCHING, closest_points
 from .manifold import emit
 from .solid import facing, rounding, separation_along
@@ -41,6 +41,10 @@ AS_GOOD = 1e-12
 # most; and the change of the normal that ends it.
 MOVED_APART = 1e-2
 MOST_MOVES = 20
+
+# Depth of smooth shapes, as a fraction of the pair's size, to which the search for the way out is exact before that.
+START_ACCURACY = 1e-5
+
 SAME_NORMAL = 1e-9
 
 
@@ -98,7 +102,7 @@ def likely_separation(a, b, points, toward, size, margin):
 @kernel
 def _overlap(a, b, points, size, smooth, scratch):
     """Signed distance, normal and point of a, of cores that touch or overlap."""
-    distance, normal, point = deepest_points(a, b, points, size, scratch)
+    distance, normal, point = deepest_points(a, b, points, size, START_ACCURACY if smooth else FLAT, scratch)
     if not smooth:
         return separation_along(a, b, points, normal), normal, point
     distance = separation_along(a, b, points, normal)
@@ -187,6 +191,8 @@ def convex_convex(
             likely, normal = separation, axis
     if likely < distance - AS_GOOD * size:
         normal = turned
+    else:
+        distance = max(distance, likely)
     gap = distance - radii
     point = vec3.add_scaled(point, rounding(solid_a), normal)
     count, complete = face_contacts(

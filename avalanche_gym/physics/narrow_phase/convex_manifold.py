@@ -54,7 +54,8 @@ FIRST_END_FEATURE = PAIR_FEATURE + 1
 # A common stretch of two lines shorter than this fraction of the pair's size has no two ends.
 SHORTEST_STRETCH = 1e-3
 
-# An end stands for the closest pair only if its own normal is the same within this angle [rad]; round-off at rest is less.
+# An end stands for the closest pair only if its own normal is the same within this angle [rad]; round-off at rest is
+# less.
 SAME_NORMAL = 1e-7
 
 # Instead of the feature of the closest pair: it has not been looked for.
@@ -420,10 +421,10 @@ def face_contacts(
 
 @kernel
 def _square_across(center, axis, radius, start, other_center, other_axis, other_radius):
-    """Gap of two lines' round surfaces along the ray that leaves the first at right angles at ``start`` for the other axis.
+    """Gap of two round lines along the ray from the first at ``start``, square to it, that meets the other axis.
 
-    Also the ray's unit direction and the middle of the gap. ``start`` [m] along the first axis; a gap of infinity if there
-    is no such ray.
+    Also the ray's unit direction and the middle of the gap. ``start`` [m] along the first axis; a gap of infinity if
+    there is no such ray.
     """
     point = vec3.add_scaled(center, start, axis)
     rate = vec3.dot(axis, other_axis)

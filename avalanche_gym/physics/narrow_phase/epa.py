@@ -104,29 +104,48 @@ def _nearest_face(scratch, faces):
 
 
 @kernel
-def _grow(scratch, faces, new, size):
-    """Replace the faces that point ``new`` sees by a cone from it; the new number of faces, 0 if there is no room."""
+def _on_rim(scratch, edges, i, j):
+    """Whether the edge i -> j, seen from inside the hole, is part of its rim."""
+    for row in range(FIRST_EDGE, FIRST_EDGE + edges):  # noqa: SIM110  (kernels have no generators)
+        if scratch[row, 0] == j and scratch[row, 1] == i:
+            return True
+    return False
+
+
+@kernel
+def _grow(scratch, faces, nearest, new, size):
+    """Replace the faces that point ``new`` sees by a cone from it; the new number of faces, 0 if there is no room.
+
+    The hole grows from the nearest face across shared edges only, so that it stays in one piece where round-off decides
+    what is seen. Faces without an area have no side; they go with their neighbours.
+    """
     point = simplex_point(scratch, new)
     edges = 0
-    row = FIRST_FACE
-    while row < FIRST_FACE + faces:
-        face = scratch[row]
-        if (
-            vec3.dot(vec3.load(face), point) > face[DISTANCE] + 0.1 * FLAT * size
-            if face[DISTANCE] < math.inf
-            else False
-        ):
-            if edges + 3 > MOST_EDGES:
-                return 0
+    row = nearest
+    grows = True
+    while grows:
+        grows = False
+        while row < FIRST_FACE + faces:
+            face = scratch[row]
             i, j, k = int(face[CORNER]), int(face[CORNER + 1]), int(face[CORNER + 2])
-            edges = _toggle_edge(scratch, edges, i, j)
-            edges = _toggle_edge(scratch, edges, j, k)
-            edges = _toggle_edge(scratch, edges, k, i)
-            faces -= 1
-            for column in range(CORNER + 3):
-                face[column] = scratch[FIRST_FACE + faces, column]
-        else:
-            row += 1
+            seen = face[DISTANCE] == math.inf or vec3.dot(vec3.load(face), point) > face[DISTANCE] + 0.1 * FLAT * size
+            if edges == 0 or (
+                seen
+                and (_on_rim(scratch, edges, i, j) or _on_rim(scratch, edges, j, k) or _on_rim(scratch, edges, k, i))
+            ):
+                if edges + 3 > MOST_EDGES:
+                    return 0
+                edges = _toggle_edge(scratch, edges, i, j)
+                edges = _toggle_edge(scratch, edges, j, k)
+                edges = _toggle_edge(scratch, edges, k, i)
+                faces -= 1
+                for column in range(CORNER + 3):
+                    face[column] = scratch[FIRST_FACE + faces, column]
+                grows = True
+                row = FIRST_FACE
+            else:
+                row += 1
+        row = FIRST_FACE
     if faces + edges > MOST_FACES:
         return 0
     for edge in range(FIRST_EDGE, FIRST_EDGE + edges):
@@ -156,10 +175,11 @@ def _point_on_a(scratch, faces, nearest, size):
 
 
 @kernel
-def deepest_points(a, b, points, size, scratch):
+def deepest_points(a, b, points, size, accuracy, scratch):
     """Signed distance of cores that touch or overlap, unit normal from a to b, and the point of a: the least overlap.
 
-    Exact for polytopes; for smooth shapes the normal is as good as 64 points allow.
+    Exact for polytopes if ``accuracy``, a fraction of ``size``, is FLAT. Smooth shapes have no last face: the search
+    ends when the support point is no further than ``accuracy`` beyond the nearest face, or with 64 points.
     """
     spans, flipped = _extreme_points(a, b, points, scratch, size)
     if not spans:
@@ -181,10 +201,14 @@ def deepest_points(a, b, points, size, scratch):
             break
         # The support of the difference along an outward normal is the one against its opposite.
         point = store_support(scratch, count, a, b, points, vec3.neg(normal), vec3.ZERO)
-        if vec3.dot(normal, point) - face[DISTANCE] <= FLAT * size:
+        if vec3.dot(normal, point) - face[DISTANCE] <= accuracy * size:
             break
-        grown = _grow(scratch, faces, count, size)
+        i, j, k = int(face[CORNER]), int(face[CORNER + 1]), int(face[CORNER + 2])
+        grown = _grow(scratch, faces, nearest, count, size)
         if grown == 0:
+            # No room for more: the last nearest face is as good as it gets, and the only one known to be whole.
+            _add_face(scratch, FIRST_FACE, i, j, k, size)
+            nearest, faces = FIRST_FACE, 1
             break
         faces = grown
         count += 1

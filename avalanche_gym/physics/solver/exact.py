@@ -52,6 +52,8 @@ WARM_DELTA, WARM_BUDGET = 1e-6, 8
 # Interior point: residual at which Newton takes over, in the first round and in the second, and most factorisations of
 # each. Handing over earlier saves steps in easy islands and loses jammed ones.
 FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
+# Residual below which the interior point is not started: it could not improve on that.
+GOOD = 1e-10
 # Newton from where the interior point ended.
 POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
@@ -132,7 +134,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 min(budget, max_iterations - spent),
             )
             spent += used
-            if solved or spent >= max_iterations or goal < SECOND_GOAL:
+            if solved or spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
                 break
             best, used = interior_point(
                 rows,

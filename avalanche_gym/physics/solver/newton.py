@@ -35,7 +35,7 @@ SHRINK_FAST, SHRINK, GROW = 0.01, 0.3, 10.0
 # mass ratios above 1e3 but only help near the solution.
 DELTA_MIN, DELTA_MIN_NEAR, SWITCH = 1e-8, 1e-12, 1e-6
 # Accepted steps without an improvement of the best residual by the factor SIGNIFICANT, after which it has stalled.
-PATIENCE, SIGNIFICANT = 15, 0.9
+PATIENCE, SIGNIFICANT = 8, 0.9
 
 
 @kernel
