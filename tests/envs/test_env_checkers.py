@@ -54,6 +54,12 @@ def test_module_prefix_imports_the_package(id):
 
 
 @pytest.mark.parametrize("id", IDS)
+def test_all_kinds_agree_on_the_length_of_an_episode(id):
+    vector = gymnasium.make_vec(id, num_envs=1)
+    assert gymnasium.spec(id).max_episode_steps == vector.max_episode_steps == type(vector).default_episode_steps
+
+
+@pytest.mark.parametrize("id", IDS)
 def test_docstring_has_the_sections_of_a_page(id):
     page = type(gymnasium.make(id).unwrapped).__doc__
     sections = (

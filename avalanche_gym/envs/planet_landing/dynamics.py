@@ -24,11 +24,12 @@ _FEET = tuple(tuple(float(value) for value in foot) for foot in FEET)
 
 
 @entry_point
-def thrust(actions, interval, step, lander, inertia, lanes, orientation, impulses):
+def thrust(actions, number_of_step, interval, step, lander, inertia, lanes, orientation, impulses):
     """Write the impulses of one physics step; an empty tank gives no thrust.
 
     Args:
         actions: (lanes, 4) throttle and turns about the body axes.
+        number_of_step: of the physics step in the control step, from 0.
         interval: [s] of a control step.
         step: [s] of a physics step.
         lander: handle.
@@ -40,13 +41,15 @@ def thrust(actions, interval, step, lander, inertia, lanes, orientation, impulse
     share = step / interval
     for number in range(lanes.shape[0]):
         lane = lanes[number]
+        if number_of_step == 0:
+            lane.burnt = 0.0
+            lane.fastest = 0.0
         q = quat.load(orientation[number, lander])
         throttle = 0.5 * (1.0 + min(max(actions[number, 0], -1.0), 1.0))
         change = min(throttle * MAX_THRUST * step, lane.fuel)
         lane.fuel -= change
         lane.burnt += change
         push = quat.rotate(q, (0.0, 0.0, LANDER_MASS * change))
-        turn = vec3.ZERO
         x = share * MAX_TURN * inertia[0] * min(max(actions[number, 1], -1.0), 1.0)
         y = share * MAX_TURN * inertia[1] * min(max(actions[number, 2], -1.0), 1.0)
         z = share * MAX_TURN * inertia[2] * min(max(actions[number, 3], -1.0), 1.0)
@@ -85,21 +88,8 @@ def feet_down(lane):
 
 
 @entry_point
-def begin_interval(lander, lanes, linear_velocity, speeds):
-    """Before the first physics step of a control step: nothing burnt, speeds [m/s] as they are."""
-    for number in range(lanes.shape[0]):
-        lane = lanes[number]
-        lane.burnt = 0.0
-        lane.fastest = 0.0
-        speeds[number] = vec3.norm(vec3.load(linear_velocity[number, lander]))
-
-
-@entry_point
-def watch(lander, lanes, position, orientation, linear_velocity, speeds, directions, faces, centers, planes):
-    """After a physics step: who touches the ground, how fast it came, and whether it survives that.
-
-    ``speeds`` holds the speed of each lander before the step, and is brought up to date.
-    """
+def watch(lander, lanes, position, orientation, linear_velocity, directions, faces, centers, planes):
+    """After a physics step: who touches the ground, how fast it came, and whether it survives that."""
     for number in range(lanes.shape[0]):
         lane = lanes[number]
         place = vec3.load(position[number, lander])
@@ -109,12 +99,12 @@ def watch(lander, lanes, position, orientation, linear_velocity, speeds, directi
         speed = vec3.norm(vec3.load(linear_velocity[number, lander]))
         if touching:
             if lane.touching == 0:
-                lane.touchdown = max(lane.touchdown, speeds[number])
+                lane.touchdown = max(lane.touchdown, lane.speed)
             if lane.touchdown >= CRASH_SPEED or tilt_of(place, q) < math.cos(CRASH_TILT):
                 lane.crashed = 1
         lane.touching = 1 if touching else 0
         lane.fastest = max(lane.fastest, speed)
-        speeds[number] = speed
+        lane.speed = speed
 
 
 @kernel
@@ -126,13 +116,3 @@ def is_resting(lane, position, orientation, spin):
         and vec3.norm(spin) < REST_SPIN
         and tilt_of(position, orientation) > math.cos(REST_TILT)
     )
-
-
-@entry_point
-def survey(mask, lander, lanes, position, orientation, directions, faces, centers, planes):
-    """Altitude and clearance of the feet of the lanes of the mask, at the start of an episode."""
-    for number in range(mask.shape[0]):
-        if mask[number]:
-            place = vec3.load(position[number, lander])
-            q = quat.load(orientation[number, lander])
-            measure_lane(lanes[number], place, q, directions, faces, centers, planes)

@@ -41,7 +41,6 @@ class PlanetLandingTask(BatchedTask):
         assert body is not None
         self._inertia = np.ascontiguousarray(np.diagonal(body.inertia))
         self._starts = np.zeros(self.num_envs, scene.START)
-        self._speeds = np.zeros(self.num_envs)
         return built
 
     def start(self, mask: NDArray[np.bool_], draws: NDArray[np.float64]) -> None:
@@ -51,19 +50,18 @@ class PlanetLandingTask(BatchedTask):
 
     def observe(self, mask: NDArray[np.bool_]) -> None:
         world = self.world
-        dynamics.survey(mask, self.lander, self.lanes, world.position, world.orientation, *self._ground)
         state = (world.position, world.orientation, world.linear_velocity, world.angular_velocity)
-        reward.open_episode(mask, self.lander, self.lanes, *state)
+        reward.open_episode(mask, self.lander, self.lanes, *state, *self._ground)
         observation.observe(mask, self.lander, self.lanes, *state, self.observation_bound, self.observation)
 
     def advance(self, actions: NDArray[np.float64]) -> None:
         world, lanes, lander = self.world, self.lanes, self.lander
         time_step = self.options.time_step
         error: physics.PhysicsError | None = None
-        dynamics.begin_interval(lander, lanes, world.linear_velocity, self._speeds)
-        for _ in range(self.num_steps):
+        for number in range(self.num_steps):
             dynamics.thrust(
                 actions,
+                number,
                 self.control_interval,
                 time_step,
                 lander,
@@ -76,9 +74,7 @@ class PlanetLandingTask(BatchedTask):
                 world.step()
             except physics.PhysicsError as failed:
                 error = error or failed
-            dynamics.watch(
-                lander, lanes, world.position, world.orientation, world.linear_velocity, self._speeds, *self._ground
-            )
+            dynamics.watch(lander, lanes, world.position, world.orientation, world.linear_velocity, *self._ground)
         state = (world.position, world.orientation, world.linear_velocity, world.angular_velocity)
         reward.judge(lander, lanes, *state, self.terms, self.reward, self.terminated, self.success)
         observation.observe(self.every_lane, lander, lanes, *state, self.observation_bound, self.observation)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...physics.jit import entry_point, kernel
 from ...physics.maths import quat, vec3
+from ..lane_kernels import put, put_vector
 from .scene import PLANET_RADIUS
 
 # Scales that bring observations to the size of 1.
@@ -28,20 +29,6 @@ BOUND = np.concatenate(
         np.full(3, 10.0),  # from the lander to the site along the ground, frame of the lander [LENGTH]; zero without
     ]
 ).astype(np.float32)
-
-
-@kernel
-def put(row, at, value, bound):
-    """Write one value, clipped to its bound."""
-    row[at] = min(max(value, -bound[at]), bound[at])
-
-
-@kernel
-def put_vector(row, at, scale, a, bound):
-    """Write a vector divided by its scale; return the place behind it."""
-    for axis in range(3):
-        put(row, at + axis, a[axis] / scale, bound)
-    return at + 3
 
 
 @kernel

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from ...physics.jit import entry_point, kernel
 from ...physics.maths import quat, vec3
-from .dynamics import feet_down, is_resting, tilt_of
+from .dynamics import feet_down, is_resting, measure_lane, tilt_of
 from .observation import way_to_site
 
 TERMS = ("shaping", "fuel", "time", "rest", "success", "crash", "escape")
@@ -58,17 +58,29 @@ def potential_of(lane, position, orientation, velocity, spin):
 
 
 @entry_point
-def open_episode(mask, lander, lanes, position, orientation, linear_velocity, angular_velocity):
-    """Remember the potential that the first step compares with."""
+def open_episode(
+    mask,
+    lander,
+    lanes,
+    position,
+    orientation,
+    linear_velocity,
+    angular_velocity,
+    directions,
+    faces,
+    centers,
+    planes,
+):
+    """Measure the lanes of the mask, and remember what the first step compares with."""
     for number in range(mask.shape[0]):
         if mask[number]:
-            lanes[number].potential = potential_of(
-                lanes[number],
-                vec3.load(position[number, lander]),
-                quat.load(orientation[number, lander]),
-                vec3.load(linear_velocity[number, lander]),
-                vec3.load(angular_velocity[number, lander]),
-            )
+            lane = lanes[number]
+            place = vec3.load(position[number, lander])
+            q = quat.load(orientation[number, lander])
+            velocity = vec3.load(linear_velocity[number, lander])
+            measure_lane(lane, place, q, directions, faces, centers, planes)
+            lane.speed = vec3.norm(velocity)
+            lane.potential = potential_of(lane, place, q, velocity, vec3.load(angular_velocity[number, lander]))
 
 
 @entry_point

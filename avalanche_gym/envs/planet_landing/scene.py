@@ -13,6 +13,7 @@ from ...physics.maths import quat, vec3
 from ...physics.shapes import Shape, TriangleMesh
 from ...physics.shapes.planet import bumpy_planet
 from ..base import range_dtype
+from ..lane_kernels import sample
 
 PLANET_RADIUS = 20.0  # [m]
 MU = 400.0  # [m^3/s^2]: 1 m/s^2 at the surface, a circular orbit at 6 m altitude takes 42 s at 3.9 m/s
@@ -106,6 +107,7 @@ LANE = np.dtype(
         ("feet", np.float64, 4),  # [m] clearance of each foot
         ("altitude", np.float64),  # [m] of the feet's plane above the ground, upright
         ("touchdown", np.float64),  # [m/s] fastest touch so far
+        ("speed", np.float64),  # [m/s] after the last physics step
         ("fastest", np.float64),  # [m/s] in this control step
         ("rest", np.int64),  # control steps at rest
         ("touching", np.int64),  # 1: a foot is down
@@ -160,12 +162,6 @@ def build_scene(planet: TriangleMesh) -> tuple[physics.Scene, int]:
         lander(), mass=LANDER_MASS, position=(0.0, 0.0, PLANET_RADIUS + 6.0), material=material, name="lander"
     )
     return scene, handle
-
-
-@kernel
-def sample(interval, u):
-    """The point at share u of a range (low, high)."""
-    return interval[0] + u * (interval[1] - interval[0])
 
 
 @kernel

@@ -11,6 +11,7 @@ from ... import physics
 from ...physics.jit import entry_point, kernel
 from ...physics.maths import quat, vec3
 from ..base import range_dtype
+from ..lane_kernels import sample
 
 EXTENT = 8.0  # [m] of the square terrain along x and y
 SAMPLES = 33  # heights along x and y: cells of 0.25 m
@@ -147,12 +148,6 @@ def build_scene() -> tuple[physics.Scene, int, int, int]:
         name="body",
     )
     return scene, ground, pusher, body
-
-
-@kernel
-def sample(interval, u):
-    """The point at share u of a range (low, high)."""
-    return interval[0] + u * (interval[1] - interval[0])
 
 
 @kernel

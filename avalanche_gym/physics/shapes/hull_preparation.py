@@ -61,7 +61,8 @@ def prepare_hull(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) ->
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)
     open_triangles = set(range(len(triangles)))
-    rows, corners = [], []
+    rows: list[tuple[NDArray[np.float64], int, int]] = []
+    corners: list[int] = []
     # The largest triangle that is left has the best normal; all vertices in its plane are the corners of its face.
     for seed in np.argsort(-areas, kind="stable"):
         if seed not in open_triangles:
@@ -76,7 +77,7 @@ def prepare_hull(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) ->
         if len(polygon) > MOST_CORNERS:
             polygon = polygon[np.linspace(0, len(polygon), MOST_CORNERS, endpoint=False).astype(np.int64)]
         rows.append((normal, len(corners), len(polygon)))
-        corners.extend(polygon)
+        corners.extend(polygon.tolist())
     hull = np.zeros(1, HULL_ROW)
     hull[0] = (0, len(points), 0, len(rows), np.linalg.norm(points, axis=1).max())
     return PreparedHull(hull, points, np.array(rows, HULL_FACE_ROW), np.array(corners, np.int64))

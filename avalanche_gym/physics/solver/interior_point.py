@@ -48,23 +48,31 @@ SHORT = 0.1
 
 @kernel
 def start(rows, num_contacts):
-    """x and z in the middle of the cone, in the size of the free velocities."""
-    energy = 0.0
+    """x and z in the middle of the cone; returns the size of z in units of sqrt(Wd) [J^1/2].
+
+    z is as large as the free velocities, x as large as they call for or as the best impulses so far: under a heavy body
+    impulses are far larger than the motion of the light ones suggests, and from below the method would climb slowly.
+    """
+    motion = 0.0
+    load = 0.0
     count = 0
     for i in range(num_contacts):
         row = rows[i]
         if row.scale > 0.0:
-            energy += vec3.norm_squared(vec3.load(row.free)) / row.scale
+            motion += vec3.norm_squared(vec3.load(row.free)) / row.scale
+            load += vec3.norm_squared(vec3.load(row.best)) * row.scale
             count += 1
-    root = math.sqrt(energy / max(count, 1))
+    size = math.sqrt(motion / max(count, 1))
+    load = math.sqrt(load / max(count, 1))
     for i in range(num_contacts):
         row = rows[i]
         if row.scale > 0.0:
             normal = vec3.load(row.normal)
-            vec3.store(row.x, vec3.scale(root / math.sqrt(row.scale), normal))
-            vec3.store(row.z, vec3.scale(root * math.sqrt(row.scale), normal))
+            root = math.sqrt(row.scale)
+            vec3.store(row.x, vec3.scale(max(size, load) / root, normal))
+            vec3.store(row.z, vec3.scale(size * root, normal))
             set_impulse(row)
-    return root
+    return size
 
 
 @kernel
