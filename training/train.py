@@ -11,7 +11,6 @@ described in ``training/experiment.py``; ``tensorboard --logdir runs`` shows its
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from pathlib import Path
 from typing import Any
@@ -83,7 +82,7 @@ def train(
     evaluation_episodes: int = 50,
     checkpoints: int = 10,
     progress_bar: bool = True,
-    threads: int | None = None,
+    threads: int = 1,
 ) -> BaseAlgorithm:
     """Train for ``n_timesteps`` steps, or until the time is up or the user presses Ctrl-C; save either way.
 
@@ -93,9 +92,9 @@ def train(
         time_limit: Wall clock [minutes].
         evaluations: How often in ``n_timesteps`` the policy is judged on ``evaluation_episodes`` episodes; 0 for never.
         checkpoints: How often it is saved; 0 for never.
-        threads: Of torch; all cores unless given.
+        threads: Of torch. These networks are so small that a second thread waits more than it works.
     """
-    torch.set_num_threads(threads or os.cpu_count() or 1)
+    torch.set_num_threads(threads)
     experiment.save(folder)
     model = make_model(experiment, resume)
     formats = [make_output_format("csv", str(folder), f"-{model.num_timesteps:010d}")]
@@ -177,7 +176,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--checkpoints", type=int, default=10, help="in the whole run; 0 for none")
     parser.add_argument("--resume", type=Path, metavar="RUN", help="a run's folder or checkpoint to train on from")
     parser.add_argument("--folder", type=Path, help="where the run goes; a new one under runs/ (or that of --resume)")
-    parser.add_argument("--threads", type=int, help="of torch; all cores unless given")
+    parser.add_argument("--threads", type=int, default=1, help="of torch; small networks are fastest with one")
     parser.add_argument("--no-progress-bar", action="store_true")
     args = parser.parse_args(arguments)
 

@@ -443,7 +443,7 @@ def _square_across(center, axis, radius, start, other_center, other_axis, other_
 def line_contacts(a, b, normal, gap, size, margin, position, rotation, contacts, count):
     """Contacts at both ends of the common stretch of two parallel lines; the new count, and whether one is as close.
 
-    Each lies on the ray that is square to the axis that ends there, with that ray as its own normal.
+    Each lies on the ray that is square to the axis that ends there. Apart, that ray is its own normal.
     """
     center_a, u, length_a, radius_a = straight_line(a, normal, LINE_SLOPE)
     center_b, v, length_b, radius_b = straight_line(b, vec3.neg(normal), LINE_SLOPE)
@@ -462,9 +462,15 @@ def line_contacts(a, b, normal, gap, size, margin, position, rotation, contacts,
             ray = vec3.neg(ray)
         else:
             end_gap, ray, middle = _square_across(center_a, u, radius_a, limit, center_b, v, radius_b)
+        cosine_ray = vec3.dot(ray, normal)
+        same = vec3.norm_squared(vec3.sub(ray, normal)) <= SAME_NORMAL * SAME_NORMAL
+        if gap <= 0.0:
+            # Overlapping, the least overlap is the measure: along its normal no depth exceeds it.
+            ray = normal
+            end_gap *= cosine_ray
         # Where the axes all but meet, the ray has no sense.
-        if vec3.dot(ray, normal) > FACE_ALIGNED and end_gap <= margin:
-            if vec3.norm_squared(vec3.sub(ray, normal)) <= SAME_NORMAL * SAME_NORMAL:
+        if cosine_ray > FACE_ALIGNED and end_gap <= margin:
+            if same:
                 least = min(least, end_gap)
             middle = vec3.add(position, mat3.apply(rotation, middle))
             count = emit(contacts, count, middle, mat3.apply(rotation, ray), end_gap, FIRST_END_FEATURE + end)
