@@ -8,6 +8,13 @@ IDS = ("avalanche/PushTerrain-v0", "avalanche/PlanetLanding-v0")
 LEVELS = ("easy", "medium", "hard")
 
 
+def started(task, seed=0):
+    """The task with its lanes seeded by seed, seed + 1 ..., and an episode begun in each."""
+    task.generators = [np.random.default_rng(seed + lane) for lane in range(task.num_envs)]
+    task.reset(task.every_lane)
+    return task
+
+
 def landing_policy(observation: np.ndarray) -> np.ndarray:
     """Actions (n, 4) that brake, come down and land: a PD controller on observations (n, 21) of PlanetLanding."""
     altitude, climb, horizontal = 5.0 * observation[:, 0], 4.0 * observation[:, 1], 4.0 * observation[:, 2]

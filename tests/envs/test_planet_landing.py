@@ -7,7 +7,7 @@ import pytest
 from avalanche_gym.envs.planet_landing import PlanetLandingTask, dynamics, reward, scene
 from avalanche_gym.envs.planet_landing.ground import Ground, altitude_of, facet_below
 from avalanche_gym.physics.mass_properties import rotation_matrix
-from tests.envs.environments import LEVELS, landing_policy
+from tests.envs.environments import LEVELS, landing_policy, started
 
 ID = "avalanche/PlanetLanding-v0"
 LANES = 40
@@ -73,8 +73,7 @@ def test_ground_is_the_facet_that_the_vertical_meets(level):
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_start_is_an_orbit(level):
-    task = PlanetLandingTask(200, level)
-    task.reset(task.every_lane)
+    task = started(PlanetLandingTask(200, level))
     position, velocity = task.world.position[:, task.lander], task.world.linear_velocity[:, task.lander]
     radius = np.linalg.norm(position, axis=1)
     low, high = scene.LEVELS[level].altitude

@@ -205,3 +205,26 @@ def test_velocities_belong_to_the_impulses():
     free = np.array([np.r_[b["velocity"], b["angular_velocity"]] for b in island.bodies])
     change = (problem_of(island).response @ solution.impulses.ravel()).reshape(-1, 6)
     np.testing.assert_allclose(solution.velocities, free + change, atol=1e-12)
+
+
+def test_projection_under_a_million_times_the_mass():
+    """Uneven gaps of the size of round-off in a stack of boxes: no light body may be thrown about."""
+    rng = np.random.default_rng(0)
+    island = stack(10, top=1e6)
+    for contact, impulse in zip(island.contacts, island.solve().impulses, strict=True):
+        contact["impulse"] = impulse
+    for _ in range(10):
+        gaps = 1e-9 * rng.normal(size=40)
+        solution = island.project(gaps, tolerance=1e-9)
+        assert solution.residual <= 1e-9
+        left = [
+            gap
+            + moved_b[2]
+            - moved_a[2]
+            + np.cross(moved_b[3:], contact["position"] - island.bodies[contact["body_b"]]["center"])[2]
+            - np.cross(moved_a[3:], contact["position"] - island.bodies[contact["body_a"]]["center"])[2]
+            for gap, contact in zip(gaps, island.contacts, strict=True)
+            for moved_a, moved_b in [(solution.velocities[contact["body_a"]], solution.velocities[contact["body_b"]])]
+        ]
+        assert min(left) > 1e-2 * gaps.min()
+        assert np.abs(solution.velocities).max() < 100 * np.abs(gaps).max()
