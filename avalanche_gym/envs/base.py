@@ -96,6 +96,7 @@ class BatchedTask(ABC):
         self.lanes = np.zeros(self.num_envs, self.lane_dtype)
         self.failures: dict[int, str] = {}
         self.every_lane = np.ones(self.num_envs, np.bool_)
+        self.no_actions = np.zeros((self.num_envs, self.action_size))
         self._draws = np.zeros((self.num_envs, self.draws))
         self.world = physics.World(self.build_scene(), num_worlds=self.num_envs, options=self.options)
 

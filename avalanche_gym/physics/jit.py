@@ -164,9 +164,18 @@ class _AnnouncedCache(_Cache):
 
 
 def _compiled(function: Function, cache: type[_Cache]) -> Function:
-    dispatcher = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    dispatcher: Any = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
     # Enabling a cache of our own is what ``cache=True`` does, with another locator.
     dispatcher._cache = cache(function)
+    # Numba compiles a function anew for every constant that is written in a call of it: f(x, 0) and f(x, 1) are two
+    # functions, beside f(x, n). No kernel needs that, and it doubled the time to compile the engine.
+    resolve = dispatcher.get_call_template
+
+    def resolve_without_constants(arguments: Any, keywords: Any) -> Any:
+        plain = {name: types.unliteral(kind) for name, kind in keywords.items()}
+        return resolve(tuple(types.unliteral(kind) for kind in arguments), plain)
+
+    dispatcher.get_call_template = resolve_without_constants
     return cast(Function, dispatcher)
 
 

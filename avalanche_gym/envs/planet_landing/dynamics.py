@@ -69,12 +69,15 @@ def tilt_of(position, orientation):
 @kernel
 def measure_lane(lane, position, orientation, directions, faces, centers, planes):
     """Update altitude and clearance of the feet."""
-    plane = planes[facet_below(position, directions, faces, centers, planes)]
-    lane.altitude = altitude_of(position, plane) + FOOT[2] - LEG_RADIUS
-    for index in range(4):
-        foot = vec3.add(position, quat.rotate(orientation, _FEET[index]))
-        plane = planes[facet_below(foot, directions, faces, centers, planes)]
-        lane.feet[index] = clearance_of(foot, plane) - LEG_RADIUS
+    for index in range(5):  # the four feet, then the middle: one loop, so that the search is compiled in once
+        point = position
+        if index < 4:
+            point = vec3.add(position, quat.rotate(orientation, _FEET[index]))
+        plane = planes[facet_below(point, directions, faces, centers, planes)]
+        if index < 4:
+            lane.feet[index] = clearance_of(point, plane) - LEG_RADIUS
+        else:
+            lane.altitude = altitude_of(point, plane) + FOOT[2] - LEG_RADIUS
 
 
 @kernel
@@ -88,23 +91,30 @@ def feet_down(lane):
 
 
 @entry_point
-def watch(lander, lanes, position, orientation, linear_velocity, directions, faces, centers, planes):
-    """After a physics step: who touches the ground, how fast it came, and whether it survives that."""
-    for number in range(lanes.shape[0]):
+def watch(mask, opening, lander, lanes, position, orientation, linear_velocity, directions, faces, centers, planes):
+    """After a physics step: who touches the ground, how fast it came, and whether it survives that.
+
+    With ``opening`` 1, at the start of an episode, only altitude, clearance and speed are measured.
+    """
+    for number in range(mask.shape[0]):
+        if not mask[number]:
+            continue
         lane = lanes[number]
         place = vec3.load(position[number, lander])
         q = quat.load(orientation[number, lander])
         measure_lane(lane, place, q, directions, faces, centers, planes)
+        before = lane.speed
+        lane.speed = vec3.norm(vec3.load(linear_velocity[number, lander]))
+        if opening == 1:
+            continue
         touching = feet_down(lane) > 0
-        speed = vec3.norm(vec3.load(linear_velocity[number, lander]))
         if touching:
             if lane.touching == 0:
-                lane.touchdown = max(lane.touchdown, lane.speed)
+                lane.touchdown = max(lane.touchdown, before)
             if lane.touchdown >= CRASH_SPEED or tilt_of(place, q) < math.cos(CRASH_TILT):
                 lane.crashed = 1
         lane.touching = 1 if touching else 0
-        lane.fastest = max(lane.fastest, speed)
-        lane.speed = speed
+        lane.fastest = max(lane.fastest, lane.speed)
 
 
 @kernel

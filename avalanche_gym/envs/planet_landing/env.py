@@ -8,14 +8,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import physics
+from ...physics.jit import entry_point
+from ...physics.maths import quat, vec3
 from ..base import BatchedTask
 from ..picture import Picture
 from ..single import SingleEnv
 from ..vector import NativeVectorEnv
-from . import dynamics, observation, reward, scene
+from . import dynamics, scene
 from .ground import Ground
+from .observation import BOUND, observe_lane
+from .reward import TERMS, judge_lane, potential_of
 
 MAX_EPISODE_STEPS = 300
+
+
+@entry_point
+def conclude(
+    mask,
+    opening,
+    lander,
+    lanes,
+    position,
+    orientation,
+    linear_velocity,
+    angular_velocity,
+    terms,
+    reward,
+    terminated,
+    success,
+    bound,
+    rows,
+):
+    """Judge and observe the lanes of the mask after a control step; with ``opening`` 1, at the start of an episode.
+
+    ``rows`` are the observations; the other arrays are those of task and world.
+    """
+    for number in range(mask.shape[0]):
+        if not mask[number]:
+            continue
+        lane = lanes[number]
+        place = vec3.load(position[number, lander])
+        q = quat.load(orientation[number, lander])
+        velocity = vec3.load(linear_velocity[number, lander])
+        spin = vec3.load(angular_velocity[number, lander])
+        if opening == 1:
+            lane.potential = potential_of(lane, place, q, velocity, spin)
+        else:
+            total, over, won = judge_lane(lane, terms[number], place, q, velocity, spin)
+            reward[number] = total
+            terminated[number] = over
+            success[number] = won
+        observe_lane(rows[number], bound, lane, place, q, velocity, spin)
 
 
 class PlanetLandingTask(BatchedTask):
@@ -23,14 +66,14 @@ class PlanetLandingTask(BatchedTask):
 
     name = "PlanetLanding"
     action_size = 4
-    term_names = reward.TERMS
+    term_names = TERMS
     control_interval = 0.1
     max_thrust = dynamics.MAX_THRUST
     default_time_step = 0.02
     level_ranges = scene.LEVELS
     draws = scene.DRAWS
     lane_dtype = scene.LANE
-    observation_bound = observation.BOUND
+    observation_bound = BOUND
 
     def build_scene(self) -> physics.Scene:
         self.planet = scene.planet_of(self.level)
@@ -49,24 +92,21 @@ class PlanetLandingTask(BatchedTask):
         self.world.set_state(self.lander, world=mask, **{name: chosen[name] for name in scene.START.names or ()})
 
     def observe(self, mask: NDArray[np.bool_]) -> None:
-        world = self.world
-        state = (world.position, world.orientation, world.linear_velocity, world.angular_velocity)
-        reward.open_episode(mask, self.lander, self.lanes, *state, *self._ground)
-        observation.observe(mask, self.lander, self.lanes, *state, self.observation_bound, self.observation)
+        self._watch(mask, 1)
+        self._conclude(mask, 1)
 
     def advance(self, actions: NDArray[np.float64]) -> None:
-        world, lanes, lander = self.world, self.lanes, self.lander
-        time_step = self.options.time_step
+        world = self.world
         error: physics.PhysicsError | None = None
         for number in range(self.num_steps):
             dynamics.thrust(
                 actions,
                 number,
                 self.control_interval,
-                time_step,
-                lander,
+                self.options.time_step,
+                self.lander,
                 self._inertia,
-                lanes,
+                self.lanes,
                 world.orientation,
                 world.impulse_buffer,
             )
@@ -74,12 +114,42 @@ class PlanetLandingTask(BatchedTask):
                 world.step()
             except physics.PhysicsError as failed:
                 error = error or failed
-            dynamics.watch(lander, lanes, world.position, world.orientation, world.linear_velocity, *self._ground)
-        state = (world.position, world.orientation, world.linear_velocity, world.angular_velocity)
-        reward.judge(lander, lanes, *state, self.terms, self.reward, self.terminated, self.success)
-        observation.observe(self.every_lane, lander, lanes, *state, self.observation_bound, self.observation)
+            self._watch(self.every_lane, 0)
+        self._conclude(self.every_lane, 0)
         if error is not None:
             raise error
+
+    def _watch(self, mask: NDArray[np.bool_], opening: int) -> None:
+        world = self.world
+        dynamics.watch(
+            mask,
+            opening,
+            self.lander,
+            self.lanes,
+            world.position,
+            world.orientation,
+            world.linear_velocity,
+            *self._ground,
+        )
+
+    def _conclude(self, mask: NDArray[np.bool_], opening: int) -> None:
+        world = self.world
+        conclude(
+            mask,
+            opening,
+            self.lander,
+            self.lanes,
+            world.position,
+            world.orientation,
+            world.linear_velocity,
+            world.angular_velocity,
+            self.terms,
+            self.reward,
+            self.terminated,
+            self.success,
+            self.observation_bound,
+            self.observation,
+        )
 
     def make_picture(self) -> Picture:
         from .picture import PlanetLandingPicture  # here, since environments that draw nothing need no renderer

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...physics.jit import entry_point, kernel
+from ...physics.jit import kernel
 from ...physics.maths import quat, vec3
 from ..lane_kernels import put, put_vector
 from .scene import PLANET_RADIUS
@@ -42,26 +42,19 @@ def way_to_site(lane, up):
     return vec3.scale(PLANET_RADIUS * np.arctan2(sine, vec3.dot(site, up)) / sine, along)
 
 
-@entry_point
-def observe(mask, lander, lanes, position, orientation, linear_velocity, angular_velocity, bound, rows):
-    """Write the observations of the lanes of the mask."""
-    for number in range(mask.shape[0]):
-        if not mask[number]:
-            continue
-        lane, row = lanes[number], rows[number]
-        q = quat.load(orientation[number, lander])
-        velocity = vec3.load(linear_velocity[number, lander])
-        up = vec3.normalize(vec3.load(position[number, lander]))
-        climb = vec3.dot(velocity, up)
-        put(row, 0, lane.altitude / LENGTH, bound)
-        put(row, 1, climb / SPEED, bound)
-        put(row, 2, vec3.norm(vec3.add_scaled(velocity, -climb, up)) / SPEED, bound)
-        at = put_vector(row, 3, SPEED, quat.rotate_inverse(q, velocity), bound)
-        at = put_vector(row, at, 1.0, quat.rotate_inverse(q, up), bound)
-        spin = vec3.load(angular_velocity[number, lander])
-        at = put_vector(row, at, SPIN, quat.rotate_inverse(q, spin), bound)
-        put(row, at, lane.fuel / lane.full, bound)
-        for index in range(4):
-            put(row, at + 1 + index, lane.feet[index] / NEAR, bound)
-        put(row, at + 5, float(lane.touching), bound)
-        put_vector(row, at + 6, LENGTH, quat.rotate_inverse(q, way_to_site(lane, up)), bound)
+@kernel
+def observe_lane(row, bound, lane, position, orientation, velocity, spin):
+    """Write the observation of one lane."""
+    up = vec3.normalize(position)
+    climb = vec3.dot(velocity, up)
+    at = put(row, 0, lane.altitude / LENGTH, bound)
+    at = put(row, at, climb / SPEED, bound)
+    at = put(row, at, vec3.norm(vec3.add_scaled(velocity, -climb, up)) / SPEED, bound)
+    at = put_vector(row, at, SPEED, quat.rotate_inverse(orientation, velocity), bound)
+    at = put_vector(row, at, 1.0, quat.rotate_inverse(orientation, up), bound)
+    at = put_vector(row, at, SPIN, quat.rotate_inverse(orientation, spin), bound)
+    at = put(row, at, lane.fuel / lane.full if lane.full > 0.0 else 0.0, bound)
+    for index in range(4):
+        at = put(row, at, lane.feet[index] / NEAR, bound)
+    at = put(row, at, float(lane.touching), bound)
+    put_vector(row, at, LENGTH, quat.rotate_inverse(orientation, way_to_site(lane, up)), bound)

@@ -12,9 +12,9 @@ escape    once, when it leaves the planet
 
 from __future__ import annotations
 
-from ...physics.jit import entry_point, kernel
-from ...physics.maths import quat, vec3
-from .dynamics import feet_down, is_resting, measure_lane, tilt_of
+from ...physics.jit import kernel
+from ...physics.maths import vec3
+from .dynamics import feet_down, is_resting, tilt_of
 from .observation import way_to_site
 
 TERMS = ("shaping", "fuel", "time", "rest", "success", "crash", "escape")
@@ -57,59 +57,26 @@ def potential_of(lane, position, orientation, velocity, spin):
     return FOOT * feet_down(lane) - cost
 
 
-@entry_point
-def open_episode(
-    mask,
-    lander,
-    lanes,
-    position,
-    orientation,
-    linear_velocity,
-    angular_velocity,
-    directions,
-    faces,
-    centers,
-    planes,
-):
-    """Measure the lanes of the mask, and remember what the first step compares with."""
-    for number in range(mask.shape[0]):
-        if mask[number]:
-            lane = lanes[number]
-            place = vec3.load(position[number, lander])
-            q = quat.load(orientation[number, lander])
-            velocity = vec3.load(linear_velocity[number, lander])
-            measure_lane(lane, place, q, directions, faces, centers, planes)
-            lane.speed = vec3.norm(velocity)
-            lane.potential = potential_of(lane, place, q, velocity, vec3.load(angular_velocity[number, lander]))
-
-
-@entry_point
-def judge(lander, lanes, position, orientation, linear_velocity, angular_velocity, terms, reward, terminated, success):
-    """Write reward, terms and the ends of episodes of all lanes after a control step."""
-    for number in range(lanes.shape[0]):
-        lane, row = lanes[number], terms[number]
-        place = vec3.load(position[number, lander])
-        q = quat.load(orientation[number, lander])
-        spin = vec3.load(angular_velocity[number, lander])
-        potential = potential_of(lane, place, q, vec3.load(linear_velocity[number, lander]), spin)
-        resting = is_resting(lane, place, q, spin)
-        if lane.site_radius > 0.0:
-            resting = resting and vec3.norm(way_to_site(lane, vec3.normalize(place))) < lane.site_radius
-        before = lane.rest
-        lane.rest = lane.rest + 1 if resting else 0
-        crashed = lane.crashed == 1
-        escaped = lane.altitude > ESCAPE_ALTITUDE
-        success[number] = lane.rest >= REST_STEPS and not crashed
-        terminated[number] = success[number] or crashed or escaped
-        row[0] = potential - lane.potential
-        row[1] = FUEL * lane.burnt
-        row[2] = TIME
-        row[3] = REST * (lane.rest - before)
-        row[4] = SUCCESS if success[number] else 0.0
-        row[5] = CRASH if crashed else 0.0
-        row[6] = ESCAPE if escaped else 0.0
-        total = 0.0
-        for term in range(row.shape[0]):
-            total += row[term]
-        reward[number] = total
-        lane.potential = potential
+@kernel
+def judge_lane(lane, terms, position, orientation, velocity, spin):
+    """Write the terms of a control step; return their sum, whether the episode is over, and whether it is a success."""
+    before, rested = lane.potential, lane.rest
+    lane.potential = potential_of(lane, position, orientation, velocity, spin)
+    resting = is_resting(lane, position, orientation, spin)
+    if lane.site_radius > 0.0:
+        resting = resting and vec3.norm(way_to_site(lane, vec3.normalize(position))) < lane.site_radius
+    lane.rest = rested + 1 if resting else 0
+    crashed = lane.crashed == 1
+    escaped = lane.altitude > ESCAPE_ALTITUDE
+    success = lane.rest >= REST_STEPS and not crashed
+    terms[0] = lane.potential - before
+    terms[1] = FUEL * lane.burnt
+    terms[2] = TIME
+    terms[3] = REST * (lane.rest - rested)
+    terms[4] = SUCCESS if success else 0.0
+    terms[5] = CRASH if crashed else 0.0
+    terms[6] = ESCAPE if escaped else 0.0
+    total = 0.0
+    for term in range(terms.shape[0]):
+        total += terms[term]
+    return total, success or crashed or escaped, success

@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 
 from ... import physics
 from ...physics.jit import entry_point
+from ...physics.maths import quat, vec3
 from ..base import BatchedTask
 from ..picture import Picture
 from ..single import SingleEnv
 from ..vector import NativeVectorEnv
-from . import observation, reward, scene
+from . import scene
+from .observation import BOUND, observe_lane
+from .reward import TERMS, judge_lane, remember
 
 MAX_IMPULSE = 0.12  # [N s] a step along x and y at action 1: a force of 6 N
 MAX_EPISODE_STEPS = 300
@@ -27,18 +30,70 @@ def push(actions, pusher, impulses):
             impulses[lane, pusher, axis] = MAX_IMPULSE * min(max(actions[lane, axis], -1.0), 1.0)
 
 
+@entry_point
+def conclude(
+    mask,
+    opening,
+    pusher,
+    body,
+    lanes,
+    heights,
+    position,
+    orientation,
+    linear_velocity,
+    angular_velocity,
+    actions,
+    terms,
+    reward,
+    terminated,
+    success,
+    bound,
+    rows,
+):
+    """Judge and observe the lanes of the mask after a step; with ``opening`` 1, at the start of an episode.
+
+    ``pusher`` and ``body`` are handles; ``rows`` are the observations; the other arrays are those of task and world.
+    """
+    for number in range(mask.shape[0]):
+        if not mask[number]:
+            continue
+        lane = lanes[number]
+        ball = vec3.load(position[number, pusher])
+        box = vec3.load(position[number, body])
+        box_velocity = vec3.load(linear_velocity[number, body])
+        if opening == 1:
+            remember(lane, ball, box)
+        else:
+            total, over, won = judge_lane(lane, terms[number], actions[number], ball, box, box_velocity)
+            reward[number] = total
+            terminated[number] = over
+            success[number] = won
+        observe_lane(
+            rows[number],
+            bound,
+            lane,
+            ball,
+            vec3.load(linear_velocity[number, pusher]),
+            box,
+            quat.load(orientation[number, body]),
+            box_velocity,
+            vec3.load(angular_velocity[number, body]),
+            heights[number],
+        )
+
+
 class PushTerrainTask(BatchedTask):
     """See PushTerrainEnv."""
 
     name = "PushTerrain"
     action_size = 2
-    term_names = reward.TERMS
+    term_names = TERMS
     control_interval = 0.02
     default_time_step = 0.005
     level_ranges = scene.LEVELS
     draws = scene.DRAWS
     lane_dtype = scene.LANE
-    observation_bound = observation.BOUND
+    observation_bound = BOUND
 
     def build_scene(self) -> physics.Scene:
         built, self.ground, self.pusher, self.body = scene.build_scene()
@@ -56,28 +111,14 @@ class PushTerrainTask(BatchedTask):
         world.set_parameters(self.body, mass=chosen["body_mass"], friction=chosen["body_friction"], world=mask)
 
     def observe(self, mask: NDArray[np.bool_]) -> None:
-        reward.open_episode(mask, self.pusher, self.body, self.lanes, self.world.position)
-        self._see(mask)
+        self._conclude(mask, 1, self.no_actions)
 
     def advance(self, actions: NDArray[np.float64]) -> None:
-        world = self.world
-        push(actions, self.pusher, world.impulse_buffer)
+        push(actions, self.pusher, self.world.impulse_buffer)
         try:
-            world.step(self.num_steps)
+            self.world.step(self.num_steps)
         finally:
-            reward.judge(
-                self.pusher,
-                self.body,
-                actions,
-                self.lanes,
-                world.position,
-                world.linear_velocity,
-                self.terms,
-                self.reward,
-                self.terminated,
-                self.success,
-            )
-            self._see(self.every_lane)
+            self._conclude(self.every_lane, 0, actions)
 
     def lane_arrays(self) -> dict[str, NDArray[Any]]:
         return {"lanes": self.lanes, "heights": self.heights}
@@ -87,10 +128,11 @@ class PushTerrainTask(BatchedTask):
 
         return PushTerrainPicture(self)
 
-    def _see(self, mask: NDArray[np.bool_]) -> None:
+    def _conclude(self, mask: NDArray[np.bool_], opening: int, actions: NDArray[np.float64]) -> None:
         world = self.world
-        observation.observe(
+        conclude(
             mask,
+            opening,
             self.pusher,
             self.body,
             self.lanes,
@@ -99,6 +141,11 @@ class PushTerrainTask(BatchedTask):
             world.orientation,
             world.linear_velocity,
             world.angular_velocity,
+            actions,
+            self.terms,
+            self.reward,
+            self.terminated,
+            self.success,
             self.observation_bound,
             self.observation,
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...physics.jit import entry_point, kernel
+from ...physics.jit import kernel
 from ...physics.maths import quat, vec3
 from ..lane_kernels import put, put_vector
 from .scene import height_at
@@ -54,22 +54,3 @@ def observe_lane(row, bound, lane, pusher, pusher_velocity, body, body_orientati
             x = body[0] + (j - PATCH // 2) * PATCH_SPACING
             put(row, at, (height_at(heights, x, y) - ground) / HEIGHT, bound)
             at += 1
-
-
-@entry_point
-def observe(mask, pusher, body, lanes, heights, position, orientation, linear_velocity, angular_velocity, bound, rows):
-    """Write the observations of the lanes of the mask; ``pusher`` and ``body`` are handles."""
-    for number in range(mask.shape[0]):
-        if mask[number]:
-            observe_lane(
-                rows[number],
-                bound,
-                lanes[number],
-                vec3.load(position[number, pusher]),
-                vec3.load(linear_velocity[number, pusher]),
-                vec3.load(position[number, body]),
-                quat.load(orientation[number, body]),
-                vec3.load(linear_velocity[number, body]),
-                vec3.load(angular_velocity[number, body]),
-                heights[number],
-            )

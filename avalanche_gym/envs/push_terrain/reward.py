@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from ...physics.jit import entry_point, kernel
+from ...physics.jit import kernel
 from ...physics.maths import vec3
 from .scene import EXTENT, MARGIN
 
@@ -42,45 +42,32 @@ def is_outside(a):
     return max(abs(a[0]), abs(a[1])) > 0.5 * EXTENT - MARGIN
 
 
-@entry_point
-def open_episode(mask, pusher, body, lanes, position):
-    """Remember the potentials that the first step compares with."""
-    for number in range(mask.shape[0]):
-        if mask[number]:
-            lane = lanes[number]
-            progress, approach = potentials(
-                lane, vec3.load(position[number, pusher]), vec3.load(position[number, body])
-            )
-            lane.potential[0] = progress
-            lane.potential[1] = approach
+@kernel
+def remember(lane, pusher, body):
+    """Keep the potentials that the next step compares with."""
+    progress, approach = potentials(lane, pusher, body)
+    lane.potential[0] = progress
+    lane.potential[1] = approach
 
 
-@entry_point
-def judge(pusher, body, actions, lanes, position, linear_velocity, terms, reward, terminated, success):
-    """Write reward, terms and the ends of episodes of all lanes after a step."""
-    for number in range(lanes.shape[0]):
-        lane = lanes[number]
-        pusher_place = vec3.load(position[number, pusher])
-        body_place = vec3.load(position[number, body])
-        progress, approach = potentials(lane, pusher_place, body_place)
-        square = 0.0
-        for axis in range(actions.shape[1]):
-            action = min(max(actions[number, axis], -1.0), 1.0)
-            square += action * action
-        distance = math.hypot(lane.goal[0] - body_place[0], lane.goal[1] - body_place[1])
-        slow = vec3.norm(vec3.load(linear_velocity[number, body])) < GOAL_SPEED
-        success[number] = distance < lane.goal_radius and slow
-        lost = is_outside(pusher_place) or is_outside(body_place)
-        terminated[number] = success[number] or lost
-        row = terms[number]
-        row[0] = progress - lane.potential[0]
-        row[1] = approach - lane.potential[1]
-        row[2] = -EFFORT * square / actions.shape[1]
-        row[3] = SUCCESS if success[number] else 0.0
-        row[4] = LOST if lost else 0.0
-        total = 0.0
-        for term in range(row.shape[0]):
-            total += row[term]
-        reward[number] = total
-        lane.potential[0] = progress
-        lane.potential[1] = approach
+@kernel
+def judge_lane(lane, terms, action, pusher, body, body_velocity):
+    """Write the terms of a step; return their sum, whether the episode is over, and whether it is a success."""
+    before_progress, before_approach = lane.potential[0], lane.potential[1]
+    remember(lane, pusher, body)
+    square = 0.0
+    for axis in range(action.shape[0]):
+        clipped = min(max(action[axis], -1.0), 1.0)
+        square += clipped * clipped
+    distance = math.hypot(lane.goal[0] - body[0], lane.goal[1] - body[1])
+    success = distance < lane.goal_radius and vec3.norm(body_velocity) < GOAL_SPEED
+    lost = is_outside(pusher) or is_outside(body)
+    terms[0] = lane.potential[0] - before_progress
+    terms[1] = lane.potential[1] - before_approach
+    terms[2] = -EFFORT * square / action.shape[0]
+    terms[3] = SUCCESS if success else 0.0
+    terms[4] = LOST if lost else 0.0
+    total = 0.0
+    for term in range(terms.shape[0]):
+        total += terms[term]
+    return total, success or lost, success
