@@ -7,7 +7,7 @@
 PYTHON ?= python3
 JOBS ?= 2
 TORCH_INDEX ?=
-SECONDS_PER_TEST ?= 300
+SECONDS_PER_TEST ?= 600
 
 VENV := .venv
 RUN := $(VENV)/bin/python
@@ -63,6 +63,7 @@ contracts: $(READY)  ## import-linter: the arrows between the layers point down
 	$(RUN) -c "from importlinter.cli import lint_imports_command as check; check()" --no-cache --no-logo
 
 pytest: $(READY)  ## the test suite alone
+	$(VENV)/bin/avalanche-gym compile  # once, or every test process would wait for its own compilation
 	$(RUN) -m pytest -n $(JOBS) --timeout $(SECONDS_PER_TEST)
 
 oldest-gymnasium: $(READY)  ## the tests of the environments with the oldest Gymnasium we support

@@ -15,12 +15,10 @@ Faces that lie in one plane across flat edges share one normal, so a needle amon
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from ..model import FACE_ROW, MESH_ROW, VERTEX_ROW
 from .static_tree import build_static_tree
@@ -102,6 +100,26 @@ def _compact(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     return points[used], inverse.reshape(triangles.shape)
 
 
+# SciPy is imported where a mesh is prepared: most programs never do, and it is a third of the time of a warm start.
+
+
+def _components(one: Ints, other: Ints, count: int) -> tuple[int, Ints]:
+    """Number of connected components of a graph of ``count`` nodes, and the one of each node."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    found, label = connected_components(graph, directed=False)
+    return int(found), label
+
+
+def _nearest(points: Floats) -> Any:
+    """A tree that answers which points are near."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(points)
+
+
 def _weld(points: Floats, triangles: Ints, distance: float) -> tuple[Floats, Ints, int]:
     """Make vertices closer than ``distance`` [m] one."""
     points, triangles = _compact(points, triangles)
@@ -110,10 +128,9 @@ def _weld(points: Floats, triangles: Ints, distance: float) -> tuple[Floats, Int
     keys = np.ascontiguousarray(points + 0.0).view(np.dtype((np.void, 24))).ravel()
     _, first, label = np.unique(keys, return_index=True, return_inverse=True)
     points, triangles = points[first], label.ravel()[triangles]
-    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
+    pairs = _nearest(points).query_pairs(distance, output_type="ndarray")
     if len(pairs):
-        graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-        _, label = connected_components(graph, directed=False)
+        _, label = _components(pairs[:, 0], pairs[:, 1], len(points))
         _, first = np.unique(label, return_index=True)
         points, triangles = points[first], label.astype(np.int64)[triangles]
     return points, triangles, n - len(points)
@@ -173,7 +190,7 @@ def _split_t_junctions(points: Floats, triangles: Ints, distance: float) -> tupl
             return triangles, splits
         a, b = points[start], points[end]
         length = np.linalg.norm(b - a, axis=1)
-        close = cKDTree(points[rim]).query_ball_point(0.5 * (a + b), 0.5 * length)
+        close = _nearest(points[rim]).query_ball_point(0.5 * (a + b), 0.5 * length)
         sizes = np.fromiter((len(c) for c in close), np.int64, len(close))
         edge = np.repeat(np.arange(len(lonely)), sizes)
         vertex = rim[np.concatenate([np.asarray(c, np.int64) for c in close])] if sizes.sum() else rim[:0]
@@ -232,8 +249,7 @@ def _orient(points: Floats, triangles: Ints, name: str) -> tuple[Ints, int]:
     turned = np.where(alike > 0, 0, m)
     rows = np.concatenate([f, f + m])
     columns = np.concatenate([g + turned, g + m - turned])
-    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * m, 2 * m))
-    count, label = connected_components(graph, directed=False)
+    count, label = _components(rows, columns, 2 * m)
     stuck = label[:m] == label[m:]
     if stuck.any():
         raise ValueError(
@@ -319,8 +335,7 @@ def _tables(
     # The sine of the bend: positive where the neighbour falls away from the plane of the face.
     bend = -np.einsum("ij,ij->i", m1, normals[g])
     flat = (np.abs(bend) <= slack) & (np.einsum("ij,ij->i", normals[f], normals[g]) > 0.0)
-    graph = coo_array((np.ones(int(flat.sum())), (f[flat], g[flat])), shape=(m, m))
-    count, group = connected_components(graph, directed=False)
+    count, group = _components(f[flat], g[flat], m)
     if count < m:
         shared = np.stack([np.bincount(group, weights=scaled[:, i], minlength=count) for i in range(3)], axis=1)
         shared = (shared / np.linalg.norm(shared, axis=1)[:, None])[group]
