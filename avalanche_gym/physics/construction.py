@@ -21,6 +21,8 @@ from .model import (
     FIELD,
     FLOW_NONE,
     HEIGHT_FIELD_ROW,
+    HULL_FACE_ROW,
+    HULL_ROW,
     KINEMATIC,
     MESH_ROW,
     NODE_ROW,
@@ -33,7 +35,8 @@ from .model import (
     VERTEX_ROW,
 )
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
-from .shapes import HeightField, TriangleMesh
+from .shapes import ConvexHull, HeightField, TriangleMesh
+from .shapes.hull_preparation import prepare_hull
 from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
 MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
@@ -156,6 +159,7 @@ class ShapeTables:
     def __init__(self) -> None:
         self.height_field_rows: dict[int, int] = {}
         self._height_fields: list[HeightField] = []
+        self._hulls: list[ConvexHull] = []
         self._meshes: list[TriangleMesh] = []
 
     def add(self, handle: int, shape: Any, collider: Any) -> None:
@@ -163,6 +167,10 @@ class ShapeTables:
         if isinstance(shape, HeightField):
             collider["data"] = self.height_field_rows[handle] = len(self._height_fields)
             self._height_fields.append(shape)
+        elif isinstance(shape, ConvexHull):
+            if shape not in self._hulls:
+                self._hulls.append(shape)
+            collider["data"] = self._hulls.index(shape)
         elif isinstance(shape, TriangleMesh):
             if shape not in self._meshes:
                 self._meshes.append(shape)
@@ -186,7 +194,25 @@ class ShapeTables:
             "height_fields": rows,
             "heights": heights,
             "height_rates": np.zeros_like(heights),
+            **self._hull_tables(),
             **self._mesh_tables(),
+        }
+
+    def _hull_tables(self) -> dict[str, NDArray[Any]]:
+        """Hulls, their plane faces found, one behind the other."""
+        prepared = [prepare_hull(shape.vertices, shape.faces) for shape in self._hulls]
+        hulls = np.zeros(len(prepared), HULL_ROW)
+        points, faces, corners = 0, 0, 0
+        for index, one in enumerate(prepared):
+            hulls[index] = one.hull[0]
+            hulls[index]["first_vertex"], hulls[index]["first_face"] = points, faces
+            one.faces["first_corner"] += corners
+            points, faces, corners = points + len(one.points), faces + len(one.faces), corners + len(one.corners)
+        return {
+            "hulls": hulls,
+            "hull_points": np.concatenate([np.zeros(0), *(one.points.ravel() for one in prepared)]),
+            "hull_faces": np.concatenate([np.zeros(0, HULL_FACE_ROW), *(one.faces for one in prepared)]),
+            "hull_corners": np.concatenate([np.zeros(0, np.int64), *(one.corners for one in prepared)]),
         }
 
     def _mesh_tables(self) -> dict[str, NDArray[Any]]:

@@ -21,6 +21,8 @@ from .model import (
     FACE_ROW,
     FIELD,
     HEIGHT_FIELD_ROW,
+    HULL_FACE_ROW,
+    HULL_ROW,
     MESH_ROW,
     NODE_ROW,
     PAIR_RULE,
@@ -35,6 +37,10 @@ MODEL_TABLES = {
     "fields": FIELD,
     "pair_rules": PAIR_RULE,  # (materials * materials,)
     "height_fields": HEIGHT_FIELD_ROW,
+    "hulls": HULL_ROW,
+    "hull_points": np.dtype(np.float64),  # (points * 3,) [m]
+    "hull_faces": HULL_FACE_ROW,
+    "hull_corners": np.dtype(np.int64),
     "meshes": MESH_ROW,
     "mesh_vertices": VERTEX_ROW,
     "mesh_faces": FACE_ROW,

@@ -137,6 +137,26 @@ NODE_ROW = np.dtype(  # (tree nodes of all meshes,), depth first
     ]
 )
 
+HULL_ROW = np.dtype(  # (hulls,)
+    [
+        ("first_vertex", np.int64),  # in the pool of points
+        ("num_vertices", np.int64),
+        ("first_face", np.int64),  # in the pool of faces
+        ("num_faces", np.int64),
+        ("radius", np.float64),  # [m] of the smallest sphere about the origin of its frame that holds it
+    ],
+    align=True,
+)
+
+HULL_FACE_ROW = np.dtype(  # (faces of all hulls,)
+    [
+        ("normal", np.float64, 3),  # unit, outward, hull frame
+        ("first_corner", np.int64),  # in the pool of corners: vertex numbers that count from the hull's first vertex
+        ("num_corners", np.int64),  # at most MOST_CORNERS
+    ],
+    align=True,
+)
+
 PAIR_RULE = np.dtype(  # (materials, materials): set_pair; NaN where the bodies' own values are mixed
     [("friction", np.float64), ("restitution", np.float64)], align=True
 )

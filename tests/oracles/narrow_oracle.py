@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, CYLINDER, HULL, PLANE, SPHERE
+from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, CYLINDER, HULL, HULL_FACE_ROW, HULL_ROW, PLANE, SPHERE
 from avalanche_gym.physics.narrow_phase.box import box_box
 from avalanche_gym.physics.narrow_phase.capsule import capsule_box, capsule_capsule
 from avalanche_gym.physics.narrow_phase.cylinder import cylinder_plane, sphere_cylinder
@@ -21,7 +21,7 @@ from avalanche_gym.physics.narrow_phase.hull import collide_convex, hull_plane
 from avalanche_gym.physics.narrow_phase.plane import box_plane, capsule_plane, sphere_plane
 from avalanche_gym.physics.narrow_phase.polytope import SCRATCH_SHAPE
 from avalanche_gym.physics.narrow_phase.sphere import sphere_box, sphere_capsule, sphere_sphere
-from avalanche_gym.physics.shapes.hull_preparation import HULL_FACE_ROW, HULL_ROW, PreparedHull, prepare_hull
+from avalanche_gym.physics.shapes.hull_preparation import PreparedHull, prepare_hull
 
 # Corners of the prism that stands for a cylinder: it lies within 0.9 % of the radius inside.
 RIM_POINTS = 24

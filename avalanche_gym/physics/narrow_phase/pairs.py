@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..jit import Stage, stage
 from ..memory import header_at, heights_of, table
 from ..model import (
     BOX,
     CAPSULE,
+    CYLINDER,
     FACE_ROW,
     HEIGHT_FIELD,
     HEIGHT_FIELD_ROW,
+    HULL,
+    HULL_FACE_ROW,
+    HULL_ROW,
     MESH,
     MESH_ROW,
     NODE_ROW,
@@ -19,7 +25,9 @@ from ..model import (
 )
 from .box import box_box
 from .capsule import capsule_box, capsule_capsule
+from .cylinder import cylinder_plane, sphere_cylinder
 from .height_field import collide_height_field
+from .hull import collide_convex, hull_plane
 from .mesh import collide_mesh
 from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
 from .plane import box_plane, capsule_plane, sphere_plane
@@ -112,6 +120,76 @@ def box_plane_stage(address, count):
 
 
 @stage
+def sphere_cylinder_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, size_b = second_of(query)
+    contacts = contact_list(query)
+    return sphere_cylinder(
+        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
+    )
+
+
+@stage
+def cylinder_plane_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, size_b = second_of(query)
+    contacts = contact_list(query)
+    return cylinder_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+
+
+@stage
+def hull_plane_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _ = first_of(query)
+    position_b, rotation_b, _ = second_of(query)
+    header = header_at(query.header)
+    hull = table(header.hulls, header.hulls_size, HULL_ROW)[query.data_a]
+    points = table(header.hull_points, (header.hull_points_size // 3, 3), np.float64)
+    return hull_plane(
+        position_a,
+        rotation_a,
+        hull,
+        points,
+        position_b,
+        rotation_b,
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
+@stage
+def convex_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, size_b = second_of(query)
+    header = header_at(query.header)
+    return collide_convex(
+        query.shape_a,
+        position_a,
+        rotation_a,
+        size_a,
+        query.data_a,
+        query.shape_b,
+        position_b,
+        rotation_b,
+        size_b,
+        query.data_b,
+        table(header.hulls, header.hulls_size, HULL_ROW),
+        table(header.hull_points, (header.hull_points_size // 3, 3), np.float64),
+        table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW),
+        table(header.hull_corners, header.hull_corners_size, np.int64),
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
+@stage
 def height_field_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a = first_of(query)
@@ -169,6 +247,17 @@ PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (CAPSULE, PLANE): capsule_plane_stage,
     (BOX, BOX): box_box_stage,
     (BOX, PLANE): box_plane_stage,
+    (SPHERE, CYLINDER): sphere_cylinder_stage,
+    (CAPSULE, CYLINDER): convex_stage,
+    (BOX, CYLINDER): convex_stage,
+    (CYLINDER, CYLINDER): convex_stage,
+    (CYLINDER, PLANE): cylinder_plane_stage,
+    (SPHERE, HULL): convex_stage,
+    (CAPSULE, HULL): convex_stage,
+    (BOX, HULL): convex_stage,
+    (CYLINDER, HULL): convex_stage,
+    (HULL, HULL): convex_stage,
+    (HULL, PLANE): hull_plane_stage,
     (SPHERE, HEIGHT_FIELD): height_field_stage,
     (SPHERE, MESH): mesh_stage,
     (CAPSULE, HEIGHT_FIELD): height_field_stage,

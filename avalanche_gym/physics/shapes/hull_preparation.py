@@ -11,25 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-HULL_ROW = np.dtype(  # (hulls,)
-    [
-        ("first_vertex", np.int64),  # in the pool of points
-        ("num_vertices", np.int64),
-        ("first_face", np.int64),  # in the pool of faces
-        ("num_faces", np.int64),
-        ("radius", np.float64),  # [m] of the smallest sphere about the origin of its frame that holds it
-    ],
-    align=True,
-)
-
-HULL_FACE_ROW = np.dtype(  # (faces of all hulls,)
-    [
-        ("normal", np.float64, 3),  # unit, outward, hull frame
-        ("first_corner", np.int64),  # in the pool of corners: vertex numbers that count from the hull's first vertex
-        ("num_corners", np.int64),  # at most MOST_CORNERS
-    ],
-    align=True,
-)
+from ..model import HULL_FACE_ROW, HULL_ROW
 
 # Faces with more corners than the clipping has room for keep this many, evenly chosen. The contacts then span a polygon
 # inscribed in the face; the closest points are exact all the same.

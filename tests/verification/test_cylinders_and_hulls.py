@@ -1,0 +1,54 @@
+"""Cylinders and convex hulls at rest and sliding, against what a box or a point mass does."""
+
+import numpy as np
+import pytest
+
+from avalanche_gym import physics
+
+OCTAHEDRON = 0.2 * np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1.0)])
+CUBE = 0.1 * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+
+
+def settle(shape, height, ground=None, seconds=2.0, **body):
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    scene.add_body(ground or physics.Plane(), motion="static")
+    handle = scene.add_body(shape, mass=2.0, position=(0.0, 0.0, height), **body)
+    world = physics.World(scene)
+    world.step(round(240 * seconds))
+    return world, handle
+
+
+@pytest.mark.parametrize("ground", [None, physics.Box((1.0, 1.0, 0.5))])
+@pytest.mark.parametrize(("shape", "rest"), [(physics.Cylinder(0.1, 0.2), 0.2), (physics.ConvexHull(CUBE), 0.1)])
+def test_stands_on_its_face(shape, rest, ground):
+    top = 0.0 if ground is None else 0.5
+    world, body = settle(shape, top + rest + 0.01, ground)
+    assert world.position[0, body] == pytest.approx((0.0, 0.0, top + rest), abs=1e-8)
+    assert np.abs(world.linear_velocity[0, body]).max() < 1e-9
+    weight = world.contacts()["impulse"].sum(axis=0) * 240
+    assert np.abs(weight[2]) == pytest.approx(2.0 * 9.81, rel=1e-9)
+
+
+def test_two_hulls_of_one_scene_keep_their_own_tables():
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    scene.add_body(physics.Plane(), motion="static")
+    bodies = [
+        scene.add_body(physics.ConvexHull(scale * CUBE), mass=1.0, position=(0.0, 0.0, z))
+        for scale, z in ((1.0, 0.1), (0.5, 0.251), (2.0, 0.503))
+    ]
+    world = physics.World(scene)
+    world.step(240)
+    assert world.position[0, bodies, 2] == pytest.approx([0.1, 0.25, 0.5], abs=1e-8)
+
+
+def test_hull_slides_as_a_point_mass():
+    world, body = settle(physics.ConvexHull(CUBE), 0.1, seconds=0.5, linear_velocity=(5.0, 0.0, 0.0))
+    assert world.linear_velocity[0, body, 0] == pytest.approx(5.0 - 0.5 * 9.81 * 0.5, rel=1e-9)
+
+
+def test_octahedron_comes_to_rest_on_a_face():
+    world, body = settle(physics.ConvexHull(OCTAHEDRON), 0.3, seconds=6.0, angular_velocity=(0.3, 0.2, 0.0))
+    assert world.position[0, body, 2] == pytest.approx(0.2 / np.sqrt(3.0), abs=1e-7)
+    assert world.kinetic_energy()[0] < 1e-12
