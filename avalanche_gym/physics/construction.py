@@ -165,6 +165,11 @@ class ShapeTables:
     def add(self, handle: int, shape: Any, collider: Any) -> None:
         """Give a collider its row in the table of its shape."""
         if isinstance(shape, HeightField):
+            if shape.surface != "facets":
+                raise ValueError(
+                    f"World: HeightField(surface={shape.surface!r}) has no collision test yet; "
+                    "give surface='facets', with a finer grid where the facets show."
+                )
             collider["data"] = self.height_field_rows[handle] = len(self._height_fields)
             self._height_fields.append(shape)
         elif isinstance(shape, ConvexHull):
