@@ -109,8 +109,10 @@ def test_a_body_that_cannot_be_added_changes_nothing(table):
         with pytest.raises(ValueError, match=r"mass|box 1"):
             table.add_body(physics.Sphere(0.1), **arguments)
     # No collision test for this pair of shapes: found only when the tables are built.
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+    solid = physics.TriangleMesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
     with pytest.raises(ValueError, match="no collision test"):
-        table.add_body(physics.Cylinder(0.1, 0.1), mass=1.0)
+        table.add_body(solid, mass=1.0)
     assert bits(table) == before and table.num_bodies == 4
     table.step()
 
