@@ -3,16 +3,12 @@
 import gymnasium
 import numpy as np
 import pytest
-
-from tests.envs.environments import IDS
-
-pytest.importorskip("stable_baselines3")
-
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 from avalanche_gym.envs.sb3 import SB3VecEnv
+from tests.envs.environments import IDS
 
 LANES, LIMIT = 3, 6
 
