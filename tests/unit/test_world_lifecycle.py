@@ -394,19 +394,3 @@ def test_the_report_is_that_of_the_last_call(pile):
         assert getattr(report, name).shape == (3,)
     with pytest.raises(AttributeError):
         report.residual = 0.0
-
-
-def test_a_smooth_height_field_is_refused_rather_than_taken_for_facets():
-    scene = physics.Scene()
-    scene.add_body(physics.HeightField(np.zeros((3, 3)), (1.0, 1.0), surface="smooth"), motion="static")
-    scene.add_body(physics.Sphere(0.1), mass=1.0, position=(0.0, 0.0, 1.0))
-    with pytest.raises(ValueError, match="'smooth'.*surface='facets'"):
-        physics.World(scene)
-
-
-def test_what_the_solver_ignores_is_not_called_modelled():
-    scene = physics.Scene()
-    rolls = physics.Material(rolling_friction=0.01, torsional_friction=0.01)
-    scene.add_body(physics.Plane(), motion="static", material=rolls)
-    scene.add_body(physics.Sphere(0.1), mass=1.0, position=(0.0, 0.0, 1.0), material=rolls)
-    assert {"rolling friction", "torsional friction"} <= set(physics.World(scene).features.left_out)
