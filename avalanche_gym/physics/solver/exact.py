@@ -56,6 +56,8 @@ FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
 GOOD = 1e-10
 # Newton from where the interior point ended.
 POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
+# An impulse below this share of the largest of its island is a trace of round-off, not a load.
+TRACE = 1e-15
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
 # Sweeps for such islands, and how many lie between two looks at the residual.
@@ -63,10 +65,21 @@ MOST_SWEEPS, SWEEPS_PER_LOOK = 200, 10
 
 
 @kernel
+def keep_impulses(contacts, order, first, last, rows):
+    """Impulses to the contacts order[first:last]. Newton's steps leave traces on open contacts: they become zero."""
+    largest = 0.0
+    for i in range(last - first):
+        largest = max(largest, vec3.norm_squared(vec3.load(rows[i].impulse)))
+    for i in range(last - first):
+        impulse = vec3.load(rows[i].impulse)
+        kept = vec3.norm_squared(impulse) > TRACE * TRACE * largest
+        vec3.store(contacts[order[first + i]].impulse, impulse if kept else vec3.ZERO)
+
+
+@kernel
 def write_solution(contacts, order, num_contacts, states, island_bodies, num_bodies, rows, nodes):
     """Impulses to the contacts, changes of velocity to the bodies."""
-    for i in range(num_contacts):
-        vec3.store(contacts[order[i]].impulse, vec3.load(rows[i].impulse))
+    keep_impulses(contacts, order, 0, num_contacts, rows)
     for i in range(num_bodies):
         state = states[island_bodies[i]]
         vec3.store(state.velocity, vec3.add(vec3.load(state.velocity), vec3.load(nodes[i].linear)))
@@ -114,6 +127,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                     break
     else:
         method = NEWTON
+        present = best
         delta = WARM_DELTA
         budget = WARM_BUDGET
         goal = FIRST_GOAL
@@ -129,12 +143,15 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 slots,
                 violation,
                 tolerance,
+                present,
                 best,
                 delta,
                 min(budget, max_iterations - spent),
             )
             spent += used
-            if solved or spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
+            if solved:
+                return best, spent, method
+            if spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
                 break
             best, used = interior_point(
                 rows,
@@ -151,6 +168,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 min(INTERIOR_BUDGET, max_iterations - spent),
             )
             spent += used
+            present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
             method = INTERIOR_POINT
             delta = POLISH_DELTA
             budget = POLISH_BUDGET
