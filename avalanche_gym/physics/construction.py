@@ -36,6 +36,7 @@ from .model import (
 )
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
 from .shapes import ConvexHull, HeightField, TriangleMesh
+from .shapes.height_spline import pool_of_field
 from .shapes.hull_preparation import prepare_hull
 from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
@@ -165,11 +166,6 @@ class ShapeTables:
     def add(self, handle: int, shape: Any, collider: Any) -> None:
         """Give a collider its row in the table of its shape."""
         if isinstance(shape, HeightField):
-            if shape.surface != "facets":
-                raise ValueError(
-                    f"World: HeightField(surface={shape.surface!r}) has no collision test yet; "
-                    "give surface='facets', with a finer grid where the facets show."
-                )
             collider["data"] = self.height_field_rows[handle] = len(self._height_fields)
             self._height_fields.append(shape)
         elif isinstance(shape, ConvexHull):
@@ -184,17 +180,17 @@ class ShapeTables:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         rows = np.zeros(len(self._height_fields), HEIGHT_FIELD_ROW)
+        pools = [pool_of_field(shape.heights, shape.surface == "smooth") for shape in self._height_fields]
         first = 0
-        for row, shape in zip(rows, self._height_fields, strict=True):
-            heights = np.asarray(shape.heights)
-            row["rows"], row["columns"] = heights.shape
+        for row, shape, pool in zip(rows, self._height_fields, pools, strict=True):
+            row["rows"], row["columns"] = shape.heights.shape
             row["extent"] = shape.extent
             row["first"] = first
             row["smooth"] = shape.surface == "smooth"
-            row["lowest"], row["highest"] = heights.min(), heights.max()
-            first += heights.size
-        pools = [np.ravel(shape.heights) for shape in self._height_fields]
-        heights = np.concatenate(pools) if pools else np.zeros(0)
+            row["size"] = pool.size
+            row["lowest"], row["highest"] = pool.min(), pool.max()
+            first += pool.size
+        heights = np.concatenate([np.zeros(0), *pools])
         return {
             "height_fields": rows,
             "heights": heights,

@@ -19,9 +19,12 @@ REMOVED, STATIC, KINEMATIC, DYNAMIC = -1, 0, 1, 2
 FLOW_NONE, FLOW_TRANSLATE, FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL = 0, 1, 2, 3, 4
 
 # Shapes of colliders. The order matters: a pair is always tested with the smaller type first.
-SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH = 0, 1, 2, 3, 4, 5, 6, 7
-NUM_SHAPES = 8
-SHAPE_NAMES = ("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "HeightField", "TriangleMesh")
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH, SMOOTH_FIELD = 0, 1, 2, 3, 4, 5, 6, 7, 8
+NUM_SHAPES = 9
+SHAPE_NAMES = (
+    *("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "HeightField", "TriangleMesh"),
+    'HeightField(surface="smooth")',
+)
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 
@@ -85,7 +88,8 @@ HEIGHT_FIELD_ROW = np.dtype(  # (height fields,)
         ("columns", np.int64),  # along x
         ("extent", np.float64, 2),  # [m] along x, along y; centred on the collider
         ("first", np.int64),  # of its samples in the pool of heights, row by row
-        ("smooth", np.int64),  # 0: facets, 1: C1 surface
+        ("smooth", np.int64),  # 1: its spline coefficients (rows + 2, columns + 2) follow the samples; 0: facets
+        ("size", np.int64),  # of its part of the pool: samples and coefficients
         ("lowest", np.float64),  # [m] over all worlds
         ("highest", np.float64),
     ],

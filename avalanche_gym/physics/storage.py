@@ -241,7 +241,7 @@ class Storage:
         """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps."""
         time = num_steps * self.options.time_step
         for row in self.arrays["height_fields"]:
-            samples = slice(int(row["first"]), int(row["first"] + row["rows"] * row["columns"]))
+            samples = slice(int(row["first"]), int(row["first"] + row["size"]))
             heights, rates = (self.arrays[name][:, samples] for name in ("heights", "height_rates"))
             row["lowest"] = heights.min() + min(time * rates.min(), 0.0)
             row["highest"] = heights.max() + max(time * rates.max(), 0.0)

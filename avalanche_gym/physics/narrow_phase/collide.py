@@ -9,7 +9,7 @@ import numpy as np
 from ..jit import call_stage, kernel
 from ..maths import mat3, quat, vec3
 from ..memory import colliders_of, table
-from ..model import CAPSULE, HEIGHT_FIELD, NUM_SHAPES, SPHERE
+from ..model import CAPSULE, HEIGHT_FIELD, NUM_SHAPES, SMOOTH_FIELD, SPHERE
 from .moving_heights import height_velocity
 from .pair_query import contact_list, query_at, store_rotation
 
@@ -34,7 +34,7 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
     position_a, rotation_a = place(first, state_first)
     position_b, rotation_b = place(second, state_second)
     reach = first.radius + second.radius + query.margin
-    if second.shape != HEIGHT_FIELD and reach < math.inf:
+    if second.shape != HEIGHT_FIELD and second.shape != SMOOTH_FIELD and reach < math.inf:
         if vec3.norm_squared(vec3.sub(position_b, position_a)) > reach * reach:
             return count
     query.shape_a = first.shape
@@ -56,7 +56,7 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
 @kernel
 def _surface_velocity(header, world, collider, state, point):
     """Velocity [m/s] of a collider's surface against its body: only that of moving heights is not zero."""
-    if collider.shape != HEIGHT_FIELD:
+    if collider.shape != HEIGHT_FIELD and collider.shape != SMOOTH_FIELD:
         return vec3.ZERO
     position, rotation = place(collider, state)
     return height_velocity(header, world, collider.data, position, rotation, point)

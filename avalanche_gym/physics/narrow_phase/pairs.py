@@ -20,6 +20,7 @@ from ..model import (
     MESH_ROW,
     NODE_ROW,
     PLANE,
+    SMOOTH_FIELD,
     SPHERE,
     VERTEX_ROW,
 )
@@ -31,6 +32,7 @@ from .hull import collide_convex, hull_plane
 from .mesh import collide_mesh
 from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
 from .plane import box_plane, capsule_plane, sphere_plane
+from .smooth_field import collide_box, collide_cylinder, collide_hull, collide_rounded
 from .sphere import sphere_box, sphere_capsule, sphere_sphere
 
 
@@ -236,6 +238,94 @@ def mesh_stage(address, count):
     )
 
 
+@stage
+def smooth_rounded_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, _ = second_of(query)
+    header = header_at(query.header)
+    return collide_rounded(
+        query.shape_a,
+        position_a,
+        rotation_a,
+        size_a,
+        position_b,
+        rotation_b,
+        table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[query.data_b],
+        heights_of(header, query.world),
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
+@stage
+def smooth_box_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, _ = second_of(query)
+    header = header_at(query.header)
+    return collide_box(
+        position_a,
+        rotation_a,
+        size_a,
+        position_b,
+        rotation_b,
+        table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[query.data_b],
+        heights_of(header, query.world),
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
+@stage
+def smooth_cylinder_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, _ = second_of(query)
+    header = header_at(query.header)
+    return collide_cylinder(
+        position_a,
+        rotation_a,
+        size_a,
+        position_b,
+        rotation_b,
+        table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[query.data_b],
+        heights_of(header, query.world),
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
+@stage
+def smooth_hull_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _ = first_of(query)
+    position_b, rotation_b, _ = second_of(query)
+    header = header_at(query.header)
+    return collide_hull(
+        position_a,
+        rotation_a,
+        table(header.hulls, header.hulls_size, HULL_ROW)[query.data_a],
+        table(header.hull_points, (header.hull_points_size // 3, 3), np.float64),
+        table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW),
+        table(header.hull_corners, header.hull_corners_size, np.int64),
+        position_b,
+        rotation_b,
+        table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[query.data_b],
+        heights_of(header, query.world),
+        query.margin,
+        contact_list(query),
+        count,
+        scratch_of(query),
+    )
+
+
 # By the codes of the two shapes, the smaller first.
 PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (SPHERE, SPHERE): sphere_sphere_stage,
@@ -264,4 +354,9 @@ PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (CAPSULE, MESH): mesh_stage,
     (BOX, HEIGHT_FIELD): height_field_stage,
     (BOX, MESH): mesh_stage,
+    (SPHERE, SMOOTH_FIELD): smooth_rounded_stage,
+    (CAPSULE, SMOOTH_FIELD): smooth_rounded_stage,
+    (BOX, SMOOTH_FIELD): smooth_box_stage,
+    (CYLINDER, SMOOTH_FIELD): smooth_cylinder_stage,
+    (HULL, SMOOTH_FIELD): smooth_hull_stage,
 }

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,14 +24,12 @@ class HeightField(Shape):
         heights: (rows, columns) [m], at least 2 x 2; rows along y, columns along x, row 0 at -y, column 0 at -x.
         size: (extent along x, extent along y) [m], positive.
         surface: "facets": two triangles a cell, the diagonal joins (row, column) and (row + 1, column + 1); "smooth": a
-            surface through the samples whose slope is continuous.
+            bicubic spline through the samples, with continuous slope and curvature (height_spline.py).
     """
 
     heights: NDArray[np.float64]  # (rows, columns) [m], read-only
     extent: tuple[float, float]  # [m] along x, along y
     surface: str
-
-    code: ClassVar[int] = model.HEIGHT_FIELD
 
     def __init__(self, heights: ArrayLike, size: Sequence[float], surface: str = "facets") -> None:
         what = "heights of shape (rows, columns), at least 2 x 2, in m"
@@ -47,6 +44,10 @@ class HeightField(Shape):
         object.__setattr__(self, "heights", checked)
         object.__setattr__(self, "extent", (float(extent[0]), float(extent[1])))
         object.__setattr__(self, "surface", surface)
+
+    @property
+    def code(self) -> int:
+        return model.SMOOTH_FIELD if self.surface == "smooth" else model.HEIGHT_FIELD
 
     @property
     def size(self) -> tuple[float, float, float]:
