@@ -33,7 +33,7 @@ LATTICE = 28
 # A lattice has this many points in a cell, and in the reach.
 POINTS_IN_CELL = 2.0
 POINTS_IN_REACH = 4.0
-# Most intervals between the seeds along a curve; there is one a cell if that is less.
+# Most intervals between the seeds along a curve; there are POINTS_IN_CELL of them a cell if that is less.
 STATIONS = 32
 # A slope along a curve below this is none: it lies on the surface, and its ends hold it.
 FLAT_SLOPE = 1e-9
@@ -126,12 +126,7 @@ def _add(scratch, count, p, radius, distance, normal, feature):
 def collide_ball(patch, c, p, radius, feature, scratch, count):
     """Contacts of a ball (radius 0: a vertex) about p with the surface and its walls; return the new count."""
     reach = radius + margin_of(scratch)
-    if (
-        p[0] < patch[0] - reach
-        or p[0] > patch[6] + reach
-        or p[1] < patch[1] - reach
-        or p[1] > patch[7] + reach
-    ):
+    if p[0] < patch[0] - reach or p[0] > patch[6] + reach or p[1] < patch[1] - reach or p[1] > patch[7] + reach:
         return count
     highest, bend = bounds_around(patch, c, p, reach)
     if p[2] - reach > highest:
@@ -142,7 +137,7 @@ def collide_ball(patch, c, p, radius, feature, scratch, count):
     item = -1
     deepest, way_out = -math.inf, (0.0, 0.0, 1.0)
     while True:
-        distance, normal, _, _, _ = signed_distance(patch, c, p, x, y)
+        distance, normal = signed_distance(patch, c, p, x, y)
         if distance >= 0.0:
             count = _add(scratch, count, p, radius, distance, normal, feature)
         elif distance > deepest:
@@ -176,18 +171,22 @@ def _on_curve(kind, center, u, v, t):
 
 
 @kernel
+def _distance_at(patch, c, kind, center, u, v, t):
+    """Point of a curve, its distance from the solid, the normal there, and the slope of the distance along it."""
+    p, tangent = _on_curve(kind, center, u, v, t)
+    x, y = min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7])
+    distance, normal = signed_distance(patch, c, p, x, y)
+    return p, distance, normal, vec3.dot(normal, tangent)
+
+
+@kernel
 def _lowest_point(patch, c, kind, center, u, v, low, high, radius, feature, scratch, count):
     """Follow the slope of the distance along a curve to its zero in [low, high]; add the contact there."""
     slope_low = slope_high = 0.0
     kept = 0
     t = low
-    x = y = math.nan
     for step in range(MOST_STEPS):
-        p, tangent = _on_curve(kind, center, u, v, t)
-        if step < 2:
-            x, y = min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7])
-        distance, normal, _, x, y = signed_distance(patch, c, p, x, y)
-        slope = vec3.dot(normal, tangent)
+        p, distance, normal, slope = _distance_at(patch, c, kind, center, u, v, t)
         if step == 0:
             slope_low = slope
             t = high
@@ -223,21 +222,25 @@ def collide_curve(patch, c, kind, center, u, v, half, length, radius, feature, s
     """
     cell = min(patch[2], patch[3])
     intervals = 1 if kind == LINE else 16
-    intervals = min(max(int(length / cell), intervals), STATIONS)
-    spacing = length / intervals
-    near = radius + margin_of(scratch) + spacing
+    intervals = min(max(1 + int(POINTS_IN_CELL * length / cell), intervals), STATIONS)
+    near = radius + margin_of(scratch) + length / intervals
+    # Of a sharp curve in reach the foot is close below, and the slope there is sign enough: one interval more on either
+    # side makes up for it. Under a rounded one the foot is searched for.
+    wider = 1 if radius == 0.0 else 0
     previous = 0.0
     previous_far = True
     for station in range(intervals + 1):
-        p, tangent = _on_curve(kind, center, u, v, half * (2.0 * station / intervals - 1.0))
+        t = half * (2.0 * station / intervals - 1.0)
+        p, tangent = _on_curve(kind, center, u, v, t)
         j = jet(patch, c, min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7]))
         normal = normal_of(j)
-        slope = vec3.dot(normal, tangent)
         far = (p[2] - j[0]) * normal[2] > near
+        slope = vec3.dot(normal, tangent)
+        if radius > 0.0 and not far:
+            _, _, _, slope = _distance_at(patch, c, kind, center, u, v, t)
         if station > 0 and previous < -FLAT_SLOPE and slope > FLAT_SLOPE and not (far and previous_far):
-            # The slope there is that below the curve, not at the foot: an interval more on either side, if there is one.
-            low = half * (2.0 * max(station - 2, 0) / intervals - 1.0)
-            high = half * (2.0 * min(station + 1, intervals) / intervals - 1.0)
+            low = half * (2.0 * max(station - 1 - wider, 0) / intervals - 1.0)
+            high = half * (2.0 * min(station + wider, intervals) / intervals - 1.0)
             count = _lowest_point(patch, c, kind, center, u, v, low, high, radius, feature, scratch, count)
         previous, previous_far = slope, far
     return count

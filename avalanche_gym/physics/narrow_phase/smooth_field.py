@@ -134,9 +134,7 @@ def collide_box(position_a, rotation_a, size_a, position_b, rotation_b, field, p
             high = (max(high[0], p[0]), max(high[1], p[1]))
             lowest = min(lowest, p[2])
         if lowest - margin <= highest:
-            found = collide_face(
-                patch, c, m, o, low, high, 4, 0.0, size_a[axis], BOX_FACE + face, scratch, found
-            )
+            found = collide_face(patch, c, m, o, low, high, 4, 0.0, size_a[axis], BOX_FACE + face, scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 

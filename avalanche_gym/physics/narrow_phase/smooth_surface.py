@@ -12,8 +12,8 @@ with positive weights, so their extremes bound it.
     D_x = (x - p_x) + (z - p_z) z_x,    D_xx = 1 + z_x^2 + (z - p_z) z_xx,    D_xy = z_x z_y + (z - p_z) z_xy,
 
 by Newton's method, with the matrix of Gauss and Newton (second derivatives left out) where the full one is not positive
-definite, and steps halved until D does not grow (Nocedal and Wright 2006, section 3.4). x and y stay in the rectangle: a
-coordinate at its border that D wants outside is held there (projected Newton, Bertsekas 1982).
+definite, and steps halved until D does not grow (Nocedal and Wright 2006, section 3.4). x and y stay in the rectangle:
+a coordinate at its border that D wants outside is held there (projected Newton, Bertsekas 1982).
 
 **The solid** is all below the surface, over the rectangle; its sides are upright walls. The signed distance of a point
 is to the nearer of surface and walls.
@@ -190,44 +190,36 @@ def descend(patch, c, p, x, y):
 
 @kernel
 def signed_distance(patch, c, p, x, y):
-    """Distance [m] of p from the solid, negative inside, near the foot point x, y of a search that starts there.
+    """Distance [m] of p from the solid, negative inside, and the unit outward normal there, of the search from x, y.
 
-    Returns:
-        Distance, unit outward normal (3), foot point (3) on the surface or a wall; the last two numbers are the x, y to
-        start from for a neighbour of p. Where p is outside and the foot point lies on the far side of a ridge, the
-        distance is infinite.
+    The distance is infinite where that search ends on the far side of a ridge.
     """
     near_x = min(max(p[0], patch[0]), patch[6])
     near_y = min(max(p[1], patch[1]), patch[7])
-    beside = near_x != p[0] or near_y != p[1]
     above = p[2] >= height(patch, c, near_x, near_y)
-    if beside and not above:
+    if not above and (near_x != p[0] or near_y != p[1]):
         # The wall is in front of it, straight.
         d = (p[0] - near_x, p[1] - near_y, 0.0)
         distance = vec3.norm(d)
-        return distance, vec3.scale(1.0 / distance, d), (near_x, near_y, p[2]), near_x, near_y
+        return distance, vec3.scale(1.0 / distance, d)
     x, y, j = descend(patch, c, p, x, y)
-    foot = (x, y, j[0])
     normal = normal_of(j)
-    d = vec3.sub(p, foot)
+    d = (p[0] - x, p[1] - y, p[2] - j[0])
     distance = vec3.dot(normal, d)
+    reach = vec3.norm(d)
     if above:
         if distance < 0.0:
-            return math.inf, normal, foot, x, y
-        if x <= patch[0] or x >= patch[6] or y <= patch[1] or y >= patch[7]:
-            # On the rim the nearest point need not be straight below.
-            reach = vec3.norm(d)
-            if distance < reach * (1.0 - ROUND_OFF) and reach > 0.0:
-                return reach, vec3.scale(1.0 / reach, d), foot, x, y
-        return distance, normal, foot, x, y
+            return math.inf, normal
+        on_rim = x <= patch[0] or x >= patch[6] or y <= patch[1] or y >= patch[7]
+        if on_rim and distance < reach * (1.0 - ROUND_OFF):
+            # There the nearest point need not be straight below.
+            return reach, vec3.scale(1.0 / reach, d)
+        return distance, normal
     # Inside: out through the surface, or through a wall that is nearer.
-    depth = vec3.norm(d)
     to_x = min(p[0] - patch[0], patch[6] - p[0])
     to_y = min(p[1] - patch[1], patch[7] - p[1])
-    if min(to_x, to_y) < depth:
+    if min(to_x, to_y) < reach:
         if to_x < to_y:
-            side = 1.0 if p[0] > 0.0 else -1.0
-            return -to_x, (side, 0.0, 0.0), (side * patch[6], p[1], p[2]), x, y
-        side = 1.0 if p[1] > 0.0 else -1.0
-        return -to_y, (0.0, side, 0.0), (p[0], side * patch[7], p[2]), x, y
-    return -depth, normal, foot, x, y
+            return -to_x, (1.0 if p[0] > 0.0 else -1.0, 0.0, 0.0)
+        return -to_y, (0.0, 1.0 if p[1] > 0.0 else -1.0, 0.0)
+    return -reach, normal

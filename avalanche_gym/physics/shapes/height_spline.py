@@ -15,8 +15,8 @@ are explicit: c_1 = (8 z_1 - z_0 - z_2) / 6, and c_0, c_{-1} follow from the equ
 tridiagonal. Three samples give a parabola, two a straight line.
 
 Error for a smooth hill: h^4 max|z''''| * 5/384 in height away from the rim (Hall and Meyer 1976), order 3 in the slope,
-2 in the curvature. Where the samples jump the surface overshoots by up to 13 % of the jump, and 27 % of that remain from
-each cell to the next.
+2 in the curvature. Where the samples jump the surface overshoots a step along an axis by 11 %, and 27 % of that remain
+from each cell to the next.
 
 The coefficients depend linearly on the samples: those of moving heights move at the coefficients of the rates, so they
 are advanced like samples and never solved for again while stepping.
@@ -70,7 +70,7 @@ def spline_coefficients(samples: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def pool_of_field(samples: NDArray[np.float64], smooth: bool) -> NDArray[np.float64]:
-    """(..., size) what a field keeps in the pool of heights: samples (..., rows, columns), then coefficients if smooth."""
+    """(..., size) part of a field in the pool of heights: samples (..., rows, columns); coefficients if smooth."""
     lead = samples.shape[:-2]
     flat = samples.reshape(*lead, -1)
     if not smooth:
