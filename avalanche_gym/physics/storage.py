@@ -140,11 +140,12 @@ class Storage:
             a, b = (owners[shape] for shape in pair)
             # Two different bodies, at least one of them dynamic.
             if any(one & dynamic and other and len((one & dynamic) | other) > 1 for one, other in ((a, b), (b, a))):
-                addresses[pair] = self._pair_stage(pair).address
+                addresses[pair] = self.pair_stage(pair).address
         return addresses.reshape(-1)
 
     @staticmethod
-    def _pair_stage(pair: tuple[int, int]) -> Stage:
+    def pair_stage(pair: tuple[int, int]) -> Stage:
+        """The function of a pair of shapes, the smaller code first."""
         if pair not in PAIR_STAGES:
             a, b = (SHAPE_NAMES[code] for code in pair)
             raise ValueError(

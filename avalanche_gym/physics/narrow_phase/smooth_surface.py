@@ -197,7 +197,8 @@ def signed_distance(patch, c, p, x, y):
     near_x = min(max(p[0], patch[0]), patch[6])
     near_y = min(max(p[1], patch[1]), patch[7])
     above = p[2] >= height(patch, c, near_x, near_y)
-    if not above and (near_x != p[0] or near_y != p[1]):
+    beside = near_x != p[0] or near_y != p[1]
+    if beside and not above:
         # The wall is in front of it, straight.
         d = (p[0] - near_x, p[1] - near_y, 0.0)
         distance = vec3.norm(d)
@@ -208,13 +209,11 @@ def signed_distance(patch, c, p, x, y):
     distance = vec3.dot(normal, d)
     reach = vec3.norm(d)
     if above:
-        if distance < 0.0:
-            return math.inf, normal
         on_rim = x <= patch[0] or x >= patch[6] or y <= patch[1] or y >= patch[7]
-        if on_rim and distance < reach * (1.0 - ROUND_OFF):
-            # There the nearest point need not be straight below.
+        if ((on_rim and distance >= 0.0) or beside) and distance < reach * (1.0 - ROUND_OFF):
+            # On the rim the nearest point need not be straight below.
             return reach, vec3.scale(1.0 / reach, d)
-        return distance, normal
+        return (distance if distance >= 0.0 else math.inf), normal
     # Inside: out through the surface, or through a wall that is nearer.
     to_x = min(p[0] - patch[0], patch[6] - p[0])
     to_y = min(p[1] - patch[1], patch[7] - p[1])
