@@ -67,7 +67,7 @@ class Prober:
         if isinstance(value, np.ndarray) and value.dtype == np.bool_:
             if value.shape != (self._world.num_bodies,):
                 raise ValueError(
-                    f"{label} is a mask of shape {value.shape}; give shape ({self._world.num_bodies},), one entry a body."
+                    f"{label} is a mask of shape {value.shape}; give one entry a body, ({self._world.num_bodies},)."
                 )
             return [int(index) for index in np.flatnonzero(value)]
         several = value if isinstance(value, Iterable) and not isinstance(value, (str, bytes)) else [value]

@@ -116,7 +116,7 @@ def _cell_distance(patch, c, p, row, column):
 
 @kernel
 def _nearest_smooth(patch, c, p):
-    """Signed distance [m] and normal of a point: the best of a search from below it and one in each cell near enough."""
+    """Signed distance [m] and normal of a point: the best of a search from below it and of one in each near cell."""
     x, y = min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7])
     distance, normal = signed_distance(patch, c, p, x, y)
     reach = min(abs(distance), patch[6] - patch[0] + patch[7] - patch[1])
