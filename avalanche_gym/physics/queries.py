@@ -158,13 +158,14 @@ def _points(
 ) -> NDArray[np.float64]:
     """(1 or worlds, n, 3) of (3,), (n, 3) or, for several worlds, (selected worlds, n, 3)."""
     allowed = "(3,) or (n, 3)"
-    if not isinstance(world, (int, np.integer)):
+    one_world = isinstance(world, (int, np.integer))
+    if not one_world:
         allowed += f", or ({len(worlds)}, n, 3)"
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise TypeError(f"{name} is not numeric; give shape {allowed} [{unit}].") from None
-    fits = array.ndim in (1, 2) or (array.ndim == 3 and len(array) == len(worlds) and "," in allowed[12:])
+    fits = array.ndim in (1, 2) or (array.ndim == 3 and len(array) == len(worlds) and not one_world)
     if not fits or array.shape[-1] != 3:
         raise ValueError(f"{name} has shape {array.shape}; give shape {allowed} [{unit}].")
     if not np.isfinite(array).all():
