@@ -25,6 +25,11 @@ SHAPE_NAMES = ("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "H
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 
+# Features of contacts. One with the bit SLIDING names a point of a body in the bits above PLACE_BITS, and below the
+# part of the terrain under it: equal numbers above say that the point has moved from one facet to the next.
+SLIDING = 1 << 60
+PLACE_BITS = 26
+
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
@@ -184,7 +189,8 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
 CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted by pair
     [
         ("pair", np.int64),  # collider_a * num_colliders + collider_b
-        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts
+        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts,
+        # but for the place of a SLIDING one
         ("body_a", np.int64),
         ("body_b", np.int64),
         ("position", np.float64, 3),  # [m] midway between the two surfaces, world frame

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
-from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, HEIGHT_FIELD_ROW, SPHERE
+from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, HEIGHT_FIELD_ROW, PLACE_BITS, SLIDING, SPHERE
 from avalanche_gym.physics.narrow_phase.height_field import collide_height_field
 from avalanche_gym.physics.narrow_phase.mesh import collide_mesh
 
@@ -82,6 +82,12 @@ def mesh_contacts(shape, position, rotation, size, prepared, margin, place=(ORIG
     """Contacts (n,) of CONTACT with ``prepare_mesh(...)``."""
     terrain = (prepared.mesh[0], prepared.vertices, prepared.faces, prepared.nodes)
     return _kernel_contacts(collide_mesh, shape, position, rotation, size, terrain, margin, place)
+
+
+def point_of(contact):
+    """Number of the point of the moving shape that a contact belongs to; None for crossings and terrain vertices."""
+    feature = int(contact["feature"])
+    return (feature ^ SLIDING) >> PLACE_BITS if feature & SLIDING else None
 
 
 def core(shape, size):

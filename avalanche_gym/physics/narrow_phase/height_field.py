@@ -19,7 +19,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import vec3
 from .height_field_grid import cell_index, grid_of, list_features, sample
-from .terrain_candidates import add_candidate, emit_candidates
+from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -127,7 +127,8 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, scratch, co
                         n = (-cosine * slope_x, -cosine * slope_y, cosine)
                         gap = cosine * height - radius
                         position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-                        count = add_candidate(scratch, count, position, n, gap, int(scratch[number, 3]))
+                        feature = feature_of(POINT, int(scratch[number, 3]), FACE_PLACE, 2 * corner + upper)
+                        count = add_candidate(scratch, count, position, n, gap, feature)
     return count
 
 

@@ -19,7 +19,7 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from ..shapes.static_tree import box_distance_squared, faces_in_box, leaf_near
-from .terrain_candidates import add_candidate, emit_candidates
+from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_features import MOST_SPOKES, collide_features, put_edge
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -60,8 +60,9 @@ def corners_of(vertices, face):
 
 
 @kernel
-def _list_edge(vertices, faces, face, k, two_sided, center, scratch, end):
+def _list_edge(vertices, faces, index, k, two_sided, center, scratch, end):
     """Append edge k of a face to the list of features; return the new end."""
+    face = faces[index]
     start = vec3.load(vertices[face.vertices[k]].position)
     e = vec3.sub(vec3.load(vertices[face.vertices[(k + 1) % 3]].position), start)
     length = vec3.norm(e)
@@ -78,7 +79,7 @@ def _list_edge(vertices, faces, face, k, two_sided, center, scratch, end):
     if two_sided:
         out = vec3.sub(center, start)
         out = vec3.add_scaled(out, -vec3.dot(out, e), e)
-    return put_edge(scratch, end, start, e, length, m1, m2, out)
+    return put_edge(scratch, end, start, e, length, m1, m2, out, 3 * index + k)
 
 
 @kernel
@@ -140,12 +141,13 @@ def _is_inside(vertices, faces, face, side, p, nearest, lies_on):
 
 
 @kernel
-def _corners_against_face(vertices, faces, face, side, stage, num_corners, scratch, count):
+def _corners_against_face(vertices, faces, index, side, stage, num_corners, scratch, count):
     """One stage for the corners of the shape and one face; return the count of candidates.
 
     MARK notes that a corner is behind a face, NEAREST looks for the nearest point of the surface, TOUCH adds the
     contacts.
     """
+    face = faces[index]
     a, b, c = corners_of(vertices, face)
     n = vec3.scale(side, vec3.load(face.normal))
     radius = radius_of(scratch)
@@ -173,7 +175,8 @@ def _corners_against_face(vertices, faces, face, side, stage, num_corners, scrat
                 if in_prism(base, a, b, c, vec3.load(face.normal)):
                     gap = height - radius
                     position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-                    count = add_candidate(scratch, count, position, n, gap, int(scratch[CORNER_ROW + corner, 3]))
+                    feature = feature_of(POINT, int(scratch[CORNER_ROW + corner, 3]), FACE_PLACE, index)
+                    count = add_candidate(scratch, count, position, n, gap, feature)
     return count
 
 
@@ -285,14 +288,14 @@ def _meet(vertices, faces, listed, stage, two_sided, shape, num_corners, scratch
             scratch[FACE_ROW + (kept >> 3), kept & 7] = index
             for k in range(3):
                 if face.flags >> k & 1:
-                    end = _list_edge(vertices, faces, face, k, two_sided, center, scratch, end)
+                    end = _list_edge(vertices, faces, index, k, two_sided, center, scratch, end)
                 if face.flags >> (3 + k) & 1:
                     end = _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end)
                 if end + ROWS_OF_CORNER > END_FEATURE_ROW:
                     count = collide_features(scratch, end, shape, count)
                     end = FIRST_FEATURE_ROW
         kept += 1
-        count = _corners_against_face(vertices, faces, face, side, stage, num_corners, scratch, count)
+        count = _corners_against_face(vertices, faces, index, side, stage, num_corners, scratch, count)
     if stage == MARK:
         count = collide_features(scratch, end, shape, count)
     return kept, count
