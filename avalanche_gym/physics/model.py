@@ -149,6 +149,10 @@ HULL_ROW = np.dtype(  # (hulls,)
         ("first_face", np.int64),  # in the pool of faces
         ("num_faces", np.int64),
         ("radius", np.float64),  # [m] of the smallest sphere about the origin of its frame that holds it
+        ("first_edge", np.int64),  # in the pool of edges
+        ("num_edges", np.int64),
+        ("center", np.float64, 3),  # [m] mean of its vertices, inside of it
+        ("half", np.float64, 3),  # [m] half extents of a box about ``center`` that holds it
     ],
     align=True,
 )
@@ -158,6 +162,16 @@ HULL_FACE_ROW = np.dtype(  # (faces of all hulls,)
         ("normal", np.float64, 3),  # unit, outward, hull frame
         ("first_corner", np.int64),  # in the pool of corners: vertex numbers that count from the hull's first vertex
         ("num_corners", np.int64),  # at most MOST_CORNERS
+    ],
+    align=True,
+)
+
+HULL_EDGE_ROW = np.dtype(  # (edges of all hulls,)
+    [
+        ("start", np.int64),  # vertices, counted from the hull's first one
+        ("end", np.int64),
+        ("into_left", np.float64, 3),  # unit, at right angles to the edge into its one face, hull frame
+        ("into_right", np.float64, 3),  # ... into its other face
     ],
     align=True,
 )

@@ -10,7 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, HEIGHT_FIELD_ROW, PLACE_BITS, SLIDING, SPHERE
 from avalanche_gym.physics.narrow_phase.height_field import collide_height_field
+from avalanche_gym.physics.narrow_phase.height_field_solids import (
+    collide_cylinder_height_field,
+    collide_hull_height_field,
+)
 from avalanche_gym.physics.narrow_phase.mesh import collide_mesh
+from avalanche_gym.physics.narrow_phase.mesh_solids import collide_cylinder_mesh, collide_hull_mesh
+from avalanche_gym.physics.shapes import ConvexHull
+from avalanche_gym.physics.shapes.hull_preparation import prepare_hull
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ORIGIN = (0.0, 0.0, 0.0)
@@ -176,3 +183,35 @@ def plane_contacts(shape, position, rotation, size, margin):
         if gap <= margin and not any(b and half[k] == 0.0 for k, b in enumerate((corner & 1, corner & 2, corner & 4))):
             found[corner] = (gap, (p[0], p[1], 0.5 * gap))
     return found
+
+
+def _solid_contacts(kernel, position, rotation, solid, terrain, margin, place):
+    """``solid``: (radius, half length, 0) of a cylinder, or ``hull(...)``."""
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((256, 8))
+    count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), contacts, 0, scratch)
+    return contacts[:count]
+
+
+def hull(vertices):
+    """``hull`` of narrow_phase/terrain_hull.py for the hull of some points."""
+    shape = ConvexHull(vertices)
+    prepared = prepare_hull(shape.vertices, shape.faces)
+    return (prepared.hull[0], prepared.points, prepared.faces, prepared.corners, prepared.edges)
+
+
+def cylinder_contacts(position, rotation, size, terrain, margin, place=(ORIGIN, IDENTITY)):
+    """Contacts of a cylinder with ``height_field(...)`` or ``prepare_mesh(...)``."""
+    kernel = collide_cylinder_height_field if isinstance(terrain, tuple) else collide_cylinder_mesh
+    return _solid_contacts(kernel, position, rotation, floats(size), _tables(terrain), margin, place)
+
+
+def hull_contacts(position, rotation, solid, terrain, margin, place=(ORIGIN, IDENTITY)):
+    """Contacts of ``hull(...)`` with ``height_field(...)`` or ``prepare_mesh(...)``."""
+    kernel = collide_hull_height_field if isinstance(terrain, tuple) else collide_hull_mesh
+    return _solid_contacts(kernel, position, rotation, solid, _tables(terrain), margin, place)
+
+
+def _tables(terrain):
+    if isinstance(terrain, tuple):
+        return (terrain[0][0], terrain[1])
+    return (terrain.mesh[0], terrain.vertices, terrain.faces, terrain.nodes)

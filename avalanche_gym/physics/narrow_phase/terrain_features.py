@@ -64,7 +64,7 @@ def put_edge(scratch, row, start, e, length, m1, m2, out, number):
 
 
 @kernel
-def _in_edge_cone(scratch, row, d):
+def in_edge_cone(scratch, row, d):
     return (
         vec3.dot(d, get(scratch, row + 1, 0)) <= REGION_SLACK
         and vec3.dot(d, get(scratch, row + 1, 3)) <= REGION_SLACK
@@ -73,7 +73,7 @@ def _in_edge_cone(scratch, row, d):
 
 
 @kernel
-def _in_vertex_cone(scratch, row, d, slack):
+def in_vertex_cone(scratch, row, d, slack):
     inside = vec3.dot(d, get(scratch, row, 4)) > 0.0
     for spoke in range(row + 1, row + 1 + int(scratch[row, 0])):
         t = get(scratch, spoke, 0)
@@ -127,7 +127,7 @@ def _rounded(scratch, row, count):
         if end < ends and half_length > 0.0 and vec3.dot(d, axis) * along > TILT * half_length:
             # The end of a capsule owns only what lies beyond it.
             continue
-        in_cone = _in_vertex_cone(scratch, row, d, REGION_SLACK) if is_vertex else _in_edge_cone(scratch, row, d)
+        in_cone = in_vertex_cone(scratch, row, d, REGION_SLACK) if is_vertex else in_edge_cone(scratch, row, d)
         if in_cone:
             gap = distance - radius
             count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
@@ -162,7 +162,7 @@ def _crossing(scratch, row, count):
                 continue
             side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
             d = vec3.scale(side / math.sqrt(sine_squared), d)
-            if not _in_edge_cone(scratch, row, d):
+            if not in_edge_cone(scratch, row, d):
                 continue
             j = (axis + 1) % 3
             k = (axis + 2) % 3
@@ -228,7 +228,7 @@ def _beside_corner(scratch, row, count):
             beyond &= outward * vec3.dot(a, d) <= 0.0
         gap = math.sqrt(square)
         d = vec3.scale(1.0 / gap, d)
-        if beyond and _in_edge_cone(scratch, row, d):
+        if beyond and in_edge_cone(scratch, row, d):
             position = vec3.add_scaled(foot, 0.5 * gap, d)
             feature = feature_of(POINT, int(scratch[number, 3]), EDGE_PLACE, int(scratch[row + 2, 3]))
             count = add_candidate(scratch, count, position, d, gap, feature)
@@ -246,7 +246,7 @@ def _beside_box(scratch, row, x, gaps, count):
         d = vec3.add_scaled(d, -math.copysign(max(gaps[k], 0.0), x[k]), axis_of(scratch, k))
     gap = vec3.norm(d)
     d = vec3.scale(1.0 / gap, d)
-    if gap > margin_of(scratch) or not _in_vertex_cone(scratch, row, d, REGION_SLACK):
+    if gap > margin_of(scratch) or not in_vertex_cone(scratch, row, d, REGION_SLACK):
         return count
     feature = feature_of(TERRAIN_VERTEX, EDGE_PART, VERTEX_PLACE, int(scratch[row, 7]))
     position = vec3.add_scaled(get(scratch, row, 1), 0.5 * gap, d)
@@ -277,7 +277,7 @@ def _under_box(scratch, row, count):
         refused |= 1 << axis
         side = math.copysign(1.0, x[axis])
         d = vec3.scale(-side, axis_of(scratch, axis))
-        if (outside == 1 and gaps[axis] < 0.0) or not _in_vertex_cone(scratch, row, d, TILT):
+        if (outside == 1 and gaps[axis] < 0.0) or not in_vertex_cone(scratch, row, d, TILT):
             continue
         part = 2 * axis + (1 if side > 0.0 else 0)
         feature = feature_of(TERRAIN_VERTEX, part, VERTEX_PLACE, int(scratch[row, 7]))
