@@ -196,7 +196,7 @@ def hull(vertices):
     """``hull`` of narrow_phase/terrain_hull.py for the hull of some points."""
     shape = ConvexHull(vertices)
     prepared = prepare_hull(shape.vertices, shape.faces)
-    return (prepared.hull[0], prepared.points, prepared.faces, prepared.corners, prepared.edges)
+    return (prepared.hull, prepared.points, prepared.faces, prepared.corners, prepared.edges)
 
 
 def cylinder_contacts(position, rotation, size, terrain, margin, place=(ORIGIN, IDENTITY)):
@@ -215,3 +215,36 @@ def _tables(terrain):
     if isinstance(terrain, tuple):
         return (terrain[0][0], terrain[1])
     return (terrain.mesh[0], terrain.vertices, terrain.faces, terrain.nodes)
+
+
+def _cylinder_gap(p, radius, half_length):
+    """Signed distances of points in the frame of a cylinder."""
+    side = np.hypot(p[..., 0], p[..., 1]) - radius
+    cap = np.abs(p[..., 2]) - half_length
+    return np.hypot(np.maximum(side, 0.0), np.maximum(cap, 0.0)) + np.minimum(np.maximum(side, cap), 0.0)
+
+
+def cylinder_distance(position, rotation, radius, half_length, triangles):
+    """Distance [m] of a cylinder from triangles (m, 3, 3), to 1e-8: convex on each, so a shrinking star finds it."""
+    local = (triangles - position) @ np.reshape(rotation, (3, 3))
+    reach = _cylinder_gap(local, radius, half_length).min(axis=1)
+    longest = np.linalg.norm(local - np.roll(local, 1, axis=1), axis=2).max()
+    local = local[reach <= reach.min() + longest]
+    weights = np.full((len(local), 3), 1.0 / 3.0)
+    # Towards and away from each corner, and along each side.
+    star = np.array([(1, 0, -1), (-1, 0, 1), (0, 1, -1), (0, -1, 1), (1, -1, 0), (-1, 1, 0), (2, -1, -1), (-1, 2, -1)])
+    star = np.concatenate([star, [(-1, -1, 2), (0, 0, 0)]])
+    best = np.full(len(local), np.inf)
+    step = 0.3
+    while step > 1e-9:
+        tried = np.maximum(weights[:, None] + step * star, 0.0)
+        tried /= tried.sum(axis=2, keepdims=True)
+        gaps = _cylinder_gap(tried @ local, radius, half_length)
+        chosen = gaps.argmin(axis=1)
+        rows = np.arange(len(local))
+        better = gaps[rows, chosen] < best - 1e-12
+        weights = np.where(better[:, None], tried[rows, chosen], weights)
+        best = np.minimum(best, gaps[rows, chosen])
+        if not better.any():
+            step *= 0.6
+    return best.min()

@@ -103,7 +103,7 @@ def collide_hull_height_field(
     heights = heights[field.first : field.first + rows * columns]
     found = np.int64(0)
     number = np.int64(0)
-    while number < hull[0].num_vertices:
+    while number < hull[0][0].num_vertices:
         num_corners, number = list_corners(hull, origin, axes, number, field.highest + margin, scratch)
         found = corners_against_faces(grid, heights, rows, columns, num_corners, scratch, found)
     item = 0

@@ -133,7 +133,7 @@ def collide_hull_mesh(
     if pieces > 1:
         listed = IN_PIECES
     number = np.int64(0)
-    while listed != 0 and number < hull[0].num_vertices:
+    while listed != 0 and number < hull[0][0].num_vertices:
         num_corners, number = list_corners(hull, origin, axes, number, mesh.upper[2] + margin, scratch)
         found = corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners, scratch, found)
     if found == 0:

@@ -1,7 +1,7 @@
 """The function of each pair of shapes, as a stage: a scene compiles those that can occur in it.
 
-Every stage opens the query the same way: ``opened`` gives what a pair of closed forms takes, ``height_field_of``,
-``mesh_of`` and ``hull_of`` the tables of a shape.
+Every stage opens the query the same way: ``opened`` gives what a pair of closed forms takes, ``height_field_pools``,
+``mesh_pools``, ``hull_pools`` and ``hull_of`` the tables of shapes.
 """
 
 from __future__ import annotations
@@ -52,19 +52,19 @@ def opened(query):
 
 
 @kernel
-def height_field_of(query):
-    """Row of the second shape, and the pool of heights."""
+def height_field_pools(query):
+    """Rows of all height fields, and their heights."""
     header = header_at(query.header)
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[query.data_b]
-    return field, heights_of(header, query.world)
+    rows = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)
+    return rows, heights_of(header, query.world)
 
 
 @kernel
-def mesh_of(query):
-    """Row of the second shape, and the pools of vertices, faces and nodes."""
+def mesh_pools(query):
+    """Rows, vertices, faces and nodes of all meshes."""
     header = header_at(query.header)
     return (
-        table(header.meshes, header.meshes_size, MESH_ROW)[query.data_b],
+        table(header.meshes, header.meshes_size, MESH_ROW),
         table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW),
         table(header.mesh_faces, header.mesh_faces_size, FACE_ROW),
         table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW),
@@ -89,7 +89,7 @@ def hull_of(query):
     header = header_at(query.header)
     rows, points, faces, corners = hull_pools(query)
     edges = table(header.hull_edges, header.hull_edges_size, HULL_EDGE_ROW)
-    return hull_tables(rows[query.data_a], points, faces, corners, edges)
+    return hull_tables(rows, query.data_a, points, faces, corners, edges)
 
 
 @stage
@@ -195,56 +195,63 @@ def convex_stage(address, count):
 def height_field_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
     place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_height_field(*place, *height_field_of(query), margin, contacts, count, scratch_of(query))
+    return collide_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def cylinder_height_field_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_cylinder_height_field(*place, *height_field_of(query), margin, contacts, count, scratch_of(query))
+    return collide_cylinder_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def hull_height_field_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
-    return collide_hull_height_field(*place, *height_field_of(query), margin, contacts, count, scratch_of(query))
+    return collide_hull_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
     place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_mesh(*place, *mesh_of(query), margin, contacts, count, scratch_of(query))
+    return collide_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def cylinder_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_cylinder_mesh(*place, *mesh_of(query), margin, contacts, count, scratch_of(query))
+    return collide_cylinder_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def hull_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
-    return collide_hull_mesh(*place, *mesh_of(query), margin, contacts, count, scratch_of(query))
+    return collide_hull_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def plane_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, position_b, rotation_b)
-    return collide_plane_mesh(*place, *mesh_of(query), margin, contacts, count, scratch_of(query))
+    return collide_plane_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
 
 
 # By the codes of the two shapes, the smaller first.

@@ -130,7 +130,15 @@ def add_candidate(scratch, count, position, out, gap, feature):
 def emit_candidates(scratch, num_candidates, position_b, rotation_b, contacts, count):
     """Reduce the candidates and emit them in the world frame; return the new count of contacts."""
     num_candidates = reduce_candidates(scratch, num_candidates, min(num_candidates, MOST_CONTACTS))
-    for i in range(num_candidates):
+    done = -1
+    for _ in range(num_candidates):
+        # In the order of their features, which stays from step to step and does not depend on the triangulation.
+        i = -1
+        for j in range(num_candidates):
+            later = done < 0 or scratch[j, 7] > scratch[done, 7] or (scratch[j, 7] == scratch[done, 7] and j > done)
+            if later and (i < 0 or scratch[j, 7] < scratch[i, 7]):
+                i = j
+        done = i
         feature = np.int64(scratch[i, 7])
         if feature >> PLACE_BITS < PARTS:
             feature += SLIDING

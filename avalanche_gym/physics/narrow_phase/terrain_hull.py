@@ -1,8 +1,8 @@
 """A convex hull against the edges and vertices of a terrain that stick out.
 
 The same rules as for a box (terrain_features.py), with the hull's own edges and faces. A feature of the terrain is
-taken to the frame of the hull, where vertices, edges and faces lie in their tables. ``hull`` is (its HULL_ROW, its
-points (n, 3), its HULL_FACE_ROW, the corners of these, its HULL_EDGE_ROW).
+taken to the frame of the hull, where vertices, edges and faces lie in their tables. ``hull`` is (its HULL_ROW as
+an array of one, its points (n, 3), its HULL_FACE_ROW, the corners of these, its HULL_EDGE_ROW).
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ EDGE_PART = PARTS - 1
 
 
 @kernel
-def hull_tables(row, points, faces, corners, edges):
-    """``hull`` from its row and the pools."""
-    last = row.first_vertex + row.num_vertices
+def hull_tables(rows, number, points, faces, corners, edges):
+    """``hull`` from its row number and the pools."""
+    row = rows[number]
     return (
-        row,
-        points[row.first_vertex : last],
+        rows[number : number + 1],
+        points[row.first_vertex : row.first_vertex + row.num_vertices],
         faces[row.first_face : row.first_face + row.num_faces],
         corners,
         edges[row.first_edge : row.first_edge + row.num_edges],
@@ -55,8 +55,8 @@ def point_of(points, number):
 def put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch):
     """Describe a hull in the scratch table; return its place in the terrain's frame: origin [m] and rotation."""
     origin, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
-    center = vec3.add(origin, mat3.apply(axes, vec3.load(hull[0].center)))
-    put_core(center, axes, vec3.load(hull[0].half), 0.0, margin, scratch)
+    center = vec3.add(origin, mat3.apply(axes, vec3.load(hull[0][0].center)))
+    put_core(center, axes, vec3.load(hull[0][0].half), 0.0, margin, scratch)
     return origin, axes
 
 
@@ -81,7 +81,7 @@ def _crossing(scratch, row, hull, origin, axes, count):
     start = mat3.apply_transposed(axes, vec3.sub(get(scratch, row, 1), origin))
     e = mat3.apply_transposed(axes, get(scratch, row, 4))
     out = mat3.apply_transposed(axes, get(scratch, row + 2, 0))
-    center = vec3.load(hull[0].center)
+    center = vec3.load(hull[0][0].center)
     length = scratch[row, 7]
     margin = margin_of(scratch)
     best = -math.inf
@@ -214,7 +214,7 @@ def _under_hull(scratch, row, hull, origin, axes, count):
     """A vertex of the terrain against a hull: the part nearest to it, or the face through which it leaves soonest."""
     _, points, faces, corners, _ = hull
     v = mat3.apply_transposed(axes, vec3.sub(get(scratch, row, 1), origin))
-    beyond = vec3.sub(v, vec3.load(hull[0].center))
+    beyond = vec3.sub(v, vec3.load(hull[0][0].center))
     slack = REGION_SLACK * scale_of(scratch)
     highest = -math.inf
     nearest = 0
