@@ -21,6 +21,7 @@ from .model import (
     FIELD,
     FLOW_NONE,
     HEIGHT_FIELD_ROW,
+    HULL_EDGE_ROW,
     HULL_FACE_ROW,
     HULL_ROW,
     KINEMATIC,
@@ -203,17 +204,20 @@ class ShapeTables:
         """Hulls, their plane faces found, one behind the other."""
         prepared = [prepare_hull(shape.vertices, shape.faces) for shape in self._hulls]
         hulls = np.zeros(len(prepared), HULL_ROW)
-        points, faces, corners = 0, 0, 0
+        points, faces, corners, edges = 0, 0, 0, 0
         for index, one in enumerate(prepared):
             hulls[index] = one.hull[0]
-            hulls[index]["first_vertex"], hulls[index]["first_face"] = points, faces
+            row = hulls[index]
+            row["first_vertex"], row["first_face"], row["first_edge"] = points, faces, edges
             one.faces["first_corner"] += corners
-            points, faces, corners = points + len(one.points), faces + len(one.faces), corners + len(one.corners)
+            points, faces = points + len(one.points), faces + len(one.faces)
+            corners, edges = corners + len(one.corners), edges + len(one.edges)
         return {
             "hulls": hulls,
             "hull_points": np.concatenate([np.zeros(0), *(one.points.ravel() for one in prepared)]),
             "hull_faces": np.concatenate([np.zeros(0, HULL_FACE_ROW), *(one.faces for one in prepared)]),
             "hull_corners": np.concatenate([np.zeros(0, np.int64), *(one.corners for one in prepared)]),
+            "hull_edges": np.concatenate([np.zeros(0, HULL_EDGE_ROW), *(one.edges for one in prepared)]),
         }
 
     def _mesh_tables(self) -> dict[str, NDArray[Any]]:

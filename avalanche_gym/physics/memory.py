@@ -21,6 +21,7 @@ from .model import (
     FACE_ROW,
     FIELD,
     HEIGHT_FIELD_ROW,
+    HULL_EDGE_ROW,
     HULL_FACE_ROW,
     HULL_ROW,
     MESH_ROW,
@@ -41,6 +42,7 @@ MODEL_TABLES = {
     "hull_points": np.dtype(np.float64),  # (points * 3,) [m]
     "hull_faces": HULL_FACE_ROW,
     "hull_corners": np.dtype(np.int64),
+    "hull_edges": HULL_EDGE_ROW,
     "meshes": MESH_ROW,
     "mesh_vertices": VERTEX_ROW,
     "mesh_faces": FACE_ROW,

@@ -28,6 +28,11 @@ SHAPE_NAMES = (
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 
+# Features of contacts. One with the bit SLIDING names a point of a body in the bits above PLACE_BITS, and below the
+# part of the terrain under it: equal numbers above say that the point has moved from one facet to the next.
+SLIDING = 1 << 60
+PLACE_BITS = 26
+
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
@@ -148,6 +153,10 @@ HULL_ROW = np.dtype(  # (hulls,)
         ("first_face", np.int64),  # in the pool of faces
         ("num_faces", np.int64),
         ("radius", np.float64),  # [m] of the smallest sphere about the origin of its frame that holds it
+        ("first_edge", np.int64),  # in the pool of edges
+        ("num_edges", np.int64),
+        ("center", np.float64, 3),  # [m] mean of its vertices, inside of it
+        ("half", np.float64, 3),  # [m] half extents of a box about ``center`` that holds it
     ],
     align=True,
 )
@@ -157,6 +166,16 @@ HULL_FACE_ROW = np.dtype(  # (faces of all hulls,)
         ("normal", np.float64, 3),  # unit, outward, hull frame
         ("first_corner", np.int64),  # in the pool of corners: vertex numbers that count from the hull's first vertex
         ("num_corners", np.int64),  # at most MOST_CORNERS
+    ],
+    align=True,
+)
+
+HULL_EDGE_ROW = np.dtype(  # (edges of all hulls,)
+    [
+        ("start", np.int64),  # vertices, counted from the hull's first one
+        ("end", np.int64),
+        ("into_left", np.float64, 3),  # unit, at right angles to the edge into its one face, hull frame
+        ("into_right", np.float64, 3),  # ... into its other face
     ],
     align=True,
 )
@@ -188,7 +207,8 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
 CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted by pair
     [
         ("pair", np.int64),  # collider_a * num_colliders + collider_b
-        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts
+        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts,
+        # but for the place of a SLIDING one
         ("body_a", np.int64),
         ("body_b", np.int64),
         ("position", np.float64, 3),  # [m] midway between the two surfaces, world frame

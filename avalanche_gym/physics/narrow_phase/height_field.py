@@ -19,7 +19,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import vec3
 from .height_field_grid import cell_index, grid_of, list_features, sample
-from .terrain_candidates import add_candidate, emit_candidates
+from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -36,7 +36,7 @@ SEARCH_CELLS = 3.0
 
 
 @kernel
-def _cells(grid, rows, columns, p, reach):
+def cells_around(grid, rows, columns, p, reach):
     """First and last row, first and last column of the cells within ``reach`` [m] along x and y of p."""
     return (
         cell_index(p[1] - reach - grid[1], grid[5], rows - 1),
@@ -47,7 +47,7 @@ def _cells(grid, rows, columns, p, reach):
 
 
 @kernel
-def _plane(grid, heights, corner, columns, upper):
+def slopes(grid, heights, corner, columns, upper):
     """Slopes dz/dx and dz/dy of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
     a = heights[corner]
     c = heights[corner + columns + 1]
@@ -59,7 +59,7 @@ def _plane(grid, heights, corner, columns, upper):
 
 
 @kernel
-def _surface_point(grid, heights, rows, columns, p):
+def surface_point(grid, heights, rows, columns, p):
     """p itself if it is free, else the point of the surface nearest to it."""
     x = (p[0] - grid[0]) * grid[4]
     y = (p[1] - grid[1]) * grid[5]
@@ -68,14 +68,14 @@ def _surface_point(grid, heights, rows, columns, p):
     column = min(int(x), columns - 2)
     row = min(int(y), rows - 2)
     corner = row * columns + column
-    slope_x, slope_y = _plane(grid, heights, corner, columns, 1 if y - row > x - column else 0)
+    slope_x, slope_y = slopes(grid, heights, corner, columns, 1 if y - row > x - column else 0)
     depth = heights[corner] + slope_x * (x - column) * grid[2] + slope_y * (y - row) * grid[3] - p[2]
     if depth <= 0.0:
         return p
     best = (p[0], p[1], p[2] + depth)
     best_square = depth * depth
     reach = min(depth, SEARCH_CELLS * max(grid[2], grid[3]))
-    first_row, last_row, first_column, last_column = _cells(grid, rows, columns, p, reach)
+    first_row, last_row, first_column, last_column = cells_around(grid, rows, columns, p, reach)
     for row in range(first_row, last_row + 1):
         for column in range(first_column, last_column + 1):
             a = sample(grid, heights, columns, row, column)
@@ -92,43 +92,60 @@ def _surface_point(grid, heights, rows, columns, p):
 
 
 @kernel
+def over_facet(grid, r, slope_x, slope_y, upper):
+    """Whether the foot of a point above the plane of a facet lies on the facet; ``r`` [m] leads to it from corner A."""
+    over = r[2] - slope_x * r[0] - slope_y * r[1]
+    if over < -REGION_SLACK * (grid[2] + grid[3]):
+        return False
+    # Place in the cell of the foot, 0 to ``stretch``.
+    stretch = 1.0 + slope_x * slope_x + slope_y * slope_y
+    u = (r[0] * stretch + over * slope_x) * grid[4]
+    v = (r[1] * stretch + over * slope_y) * grid[5]
+    if upper == 1:
+        u, v = v, u
+    # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
+    tolerance = REGION_SLACK * stretch
+    return v >= -tolerance and v <= u + tolerance and u <= stretch + tolerance
+
+
+@kernel
 def corners_against_faces(grid, heights, rows, columns, num_corners, scratch, count):
     """Contacts of the faces with the corners of the shape, or balls around them; return the new count of candidates."""
     radius = radius_of(scratch)
     reach = radius + margin_of(scratch)
-    slack = REGION_SLACK * (grid[2] + grid[3])
     for number in range(CORNER_ROW, CORNER_ROW + num_corners):
         p = get(scratch, number, 0)
-        base = _surface_point(grid, heights, rows, columns, p)
-        first_row, last_row, first_column, last_column = _cells(grid, rows, columns, base, reach)
+        base = surface_point(grid, heights, rows, columns, p)
+        first_row, last_row, first_column, last_column = cells_around(grid, rows, columns, base, reach)
         for row in range(first_row, last_row + 1):
             for column in range(first_column, last_column + 1):
                 corner = row * columns + column
                 a = sample(grid, heights, columns, row, column)
-                x = base[0] - a[0]
-                y = base[1] - a[1]
                 for upper in range(2):
-                    slope_x, slope_y = _plane(grid, heights, corner, columns, upper)
-                    # Vertical distances from the plane; times the cosine of its slope they are those along its normal.
-                    over = base[2] - a[2] - slope_x * x - slope_y * y
+                    slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
+                    # A vertical distance; times the cosine of the slope it is that along the normal.
                     height = p[2] - a[2] - slope_x * (p[0] - a[0]) - slope_y * (p[1] - a[1])
                     stretch = 1.0 + slope_x * slope_x + slope_y * slope_y  # 1 / cosine^2
-                    if over < -slack or (height > 0.0 and height * height > reach * reach * stretch):
+                    if height > 0.0 and height * height > reach * reach * stretch:
                         continue
-                    # Place in the cell of the point below the base, 0 to ``stretch``.
-                    u = (x * stretch + over * slope_x) * grid[4]
-                    v = (y * stretch + over * slope_y) * grid[5]
-                    if upper == 1:
-                        u, v = v, u
-                    # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
-                    tolerance = REGION_SLACK * stretch
-                    if v >= -tolerance and v <= u + tolerance and u <= stretch + tolerance:
+                    if over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper):
                         cosine = 1.0 / math.sqrt(stretch)
                         n = (-cosine * slope_x, -cosine * slope_y, cosine)
                         gap = cosine * height - radius
                         position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-                        count = add_candidate(scratch, count, position, n, gap, int(scratch[number, 3]))
+                        feature = feature_of(POINT, int(scratch[number, 3]), FACE_PLACE, 2 * corner + upper)
+                        count = add_candidate(scratch, count, position, n, gap, feature)
     return count
+
+
+@kernel
+def beside_field(grid, highest, scratch):
+    """Whether the bounds of the shape lie above or beside the whole field."""
+    lower = get(scratch, BOUNDS_ROW, 0)
+    upper = get(scratch, BOUNDS_ROW, 3)
+    return (
+        lower[2] > highest or lower[0] > -grid[0] or lower[1] > -grid[1] or upper[0] < grid[0] or upper[1] < grid[1]
+    )
 
 
 @kernel
@@ -159,16 +176,8 @@ def collide_height_field(
         scratch: (256, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
-    lower = get(scratch, BOUNDS_ROW, 0)
-    upper = get(scratch, BOUNDS_ROW, 3)
     grid = grid_of(field)
-    if (
-        lower[2] > field.highest
-        or lower[0] > -grid[0]
-        or lower[1] > -grid[1]
-        or upper[0] < grid[0]
-        or upper[1] < grid[1]
-    ):
+    if beside_field(grid, field.highest, scratch):
         return count
     rows = field.rows
     columns = field.columns

@@ -126,7 +126,8 @@ def list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, e
         right = face_normal(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
         m2 = vec3.cross(e, right)
     out = vec3.sub(vec3.cross(e, m1), vec3.cross(e, m2))
-    return put_edge(scratch, end, start, e, length, m1, m2, out)
+    number = 3 * (row * columns + column) + rise + rise * shift
+    return put_edge(scratch, end, start, e, length, m1, m2, out, number)
 
 
 @kernel

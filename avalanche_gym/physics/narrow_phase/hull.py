@@ -12,8 +12,10 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import HULL
 from .convex import convex_convex
-from .polytope import FIRST_BUFFER, MOST_CORNERS, append, emit_rows
-from .reduction import GAP
+from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
+from .terrain_shape import in_frame, put_core
+
+UP = (0.0, 0.0, 1.0)
 
 
 @kernel
@@ -74,43 +76,18 @@ def collide_convex(
 
 @kernel
 def hull_plane(position_a, rotation_a, hull, points, position_b, rotation_b, margin, contacts, count, scratch):
-    """Up to four contacts below the corners of a hull; the feature is the number of the corner. ``hull``: its row."""
-    up = mat3.column(rotation_b, 2)
-    u, v = mat3.column(rotation_b, 0), mat3.column(rotation_b, 1)
-    offset = vec3.sub(position_a, position_b)
-    height = vec3.dot(up, offset)
-    if height - hull.radius > margin:
+    """A contact below each corner of a hull that is near; ``hull``: its row. Chosen as on terrain, so as on a floor."""
+    origin, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
+    if origin[2] - hull.radius > margin:
         return count
-    rise = mat3.apply_transposed(rotation_a, up)
-    rows = 0
+    center = vec3.add(origin, mat3.apply(axes, vec3.load(hull.center)))
+    put_core(center, axes, vec3.load(hull.half), 0.0, margin, scratch)
+    found = np.int64(0)
     for number in range(hull.num_vertices):
         i = hull.first_vertex + number
-        point = (points[i, 0], points[i, 1], points[i, 2])
-        gap = height + vec3.dot(rise, point)
-        if gap <= margin:
-            place = vec3.add(offset, mat3.apply(rotation_a, point))
-            if rows < MOST_CORNERS:
-                rows = append(scratch, FIRST_BUFFER, rows, vec3.dot(u, place), vec3.dot(v, place), gap, number)
-            else:
-                # No room: the deepest stay.
-                highest = FIRST_BUFFER
-                for row in range(FIRST_BUFFER, FIRST_BUFFER + rows):
-                    if scratch[row, GAP] > scratch[highest, GAP]:
-                        highest = row
-                if gap < scratch[highest, GAP]:
-                    append(scratch, highest, np.int64(0), vec3.dot(u, place), vec3.dot(v, place), gap, number)
-    return emit_rows(
-        scratch,
-        FIRST_BUFFER,
-        rows,
-        position_b,
-        u,
-        v,
-        vec3.neg(up),
-        -1.0,
-        hull.radius,
-        margin,
-        np.int64(0),
-        contacts,
-        count,
-    )
+        point = vec3.add(origin, mat3.apply(axes, (points[i, 0], points[i, 1], points[i, 2])))
+        if point[2] <= margin:
+            feature = feature_of(POINT, number, FACE_PLACE, 0)
+            middle = (point[0], point[1], 0.5 * point[2])
+            found = add_candidate(scratch, found, middle, UP, point[2], feature)
+    return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

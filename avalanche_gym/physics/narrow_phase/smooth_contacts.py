@@ -25,7 +25,7 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .smooth_surface import height, jet, locate, normal_of, signed_distance
-from .terrain_candidates import add_candidate
+from .terrain_candidates import FACE_PLACE, POINT, add_candidate, feature_of
 from .terrain_shape import AXES_ROW, CENTER_ROW, FIRST_FREE_ROW, margin_of
 
 # Most points of a lattice of seeds along x and y; 28^2 heights fill the free rows of the scratch table.
@@ -43,12 +43,34 @@ MOST_STEPS = 50
 
 LINE, CIRCLE = 0, 1
 
+# Normals of contacts of one part are ordered along this direction, which is aligned with nothing in particular.
+GENERIC_DIRECTION = (0.2391, 0.5137, 0.8240)
+
 
 @kernel
 def prepare_scratch(scratch, margin, scale):
     """What terrain_candidates.py asks of the scratch table: margin and size of the shape [m]."""
     scratch[CENTER_ROW, 7] = margin
     scratch[AXES_ROW + 1, 1] = scale
+
+
+@kernel
+def number_alike(scratch, count):
+    """Turn the candidates' numbers of parts into features: where one part touches in several places, these are numbered
+    in the order of their normals.
+    """
+    for i in range(count):
+        rank = 0
+        for j in range(count):
+            if scratch[j, 7] == scratch[i, 7] and j != i:
+                ahead = 0.0
+                for k in range(3):
+                    ahead += GENERIC_DIRECTION[k] * (scratch[j, 3 + k] - scratch[i, 3 + k])
+                if ahead > 0.0 or (ahead == 0.0 and j < i):
+                    rank += 1
+        scratch[FIRST_FREE_ROW + i, 0] = feature_of(POINT, int(scratch[i, 7]), FACE_PLACE, rank)
+    for i in range(count):
+        scratch[i, 7] = scratch[FIRST_FREE_ROW + i, 0]
 
 
 @kernel

@@ -16,7 +16,7 @@ import math
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import CAPSULE
-from .smooth_contacts import CIRCLE, LINE, bounds_around, collide_ball, collide_curve, prepare_scratch
+from .smooth_contacts import CIRCLE, LINE, bounds_around, collide_ball, collide_curve, number_alike, prepare_scratch
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, patch_of
 from .terrain_candidates import emit_candidates
@@ -66,6 +66,7 @@ def collide_rounded(
         found = collide_ball(patch, c, p, radius, end, scratch, found)
     if shape == CAPSULE:
         found = collide_curve(patch, c, LINE, center, axis, axis, half, 2.0 * half, radius, 2, scratch, found)
+    number_alike(scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 
@@ -135,6 +136,7 @@ def collide_box(position_a, rotation_a, size_a, position_b, rotation_b, field, p
             lowest = min(lowest, p[2])
         if lowest - margin <= highest:
             found = collide_face(patch, c, m, o, low, high, 4, 0.0, size_a[axis], BOX_FACE + face, scratch, found)
+    number_alike(scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 
@@ -171,6 +173,7 @@ def collide_cylinder(
         low, high = (o[0] - radius, o[1] - radius), (o[0] + radius, o[1] + radius)
         found = collide_face(patch, c, m, o, low, high, 0, radius, half, CAP + end, scratch, found)
     found = collide_curve(patch, c, LINE, center, axis, axis, half, 2.0 * half, radius, SIDE, scratch, found)
+    number_alike(scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 
@@ -247,4 +250,5 @@ def collide_hull(
                 scratch,
                 found,
             )
+    number_alike(scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
