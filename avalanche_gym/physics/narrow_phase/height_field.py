@@ -18,11 +18,13 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
-from .height_field_grid import cell_index, grid_of, list_features, sample
+from ..model import SPHERE
+from .height_field_grid import cell_index, cell_range, grid_of, list_features, outside, sample
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
+    CENTER_ROW,
     CORNER_ROW,
     get,
     margin_of,
@@ -109,18 +111,45 @@ def over_facet(grid, r, slope_x, slope_y, upper):
 
 
 @kernel
-def corners_against_faces(grid, heights, rows, columns, num_corners, scratch, count):
-    """Contacts of the faces with the corners of the shape, or balls around them; return the new count of candidates."""
+def reach_below(reach, height):
+    """Radius [m] of what a ball of radius ``reach`` has lower than ``height`` below its centre, seen from above."""
+    if height <= 0.0:
+        return reach
+    return math.sqrt(max(reach * reach - height * height, 0.0))
+
+
+@kernel
+def corners_against_faces(grid, heights, rows, columns, num_corners, highest, scratch, count):
+    """Contacts of the faces with the corners of the shape, or balls around them; return the new count of candidates.
+
+    ``highest``: from highest_below.
+    """
     radius = radius_of(scratch)
     reach = radius + margin_of(scratch)
+    # With the slack of over_facet.
+    near_squared = (reach + REGION_SLACK * (grid[2] + grid[3])) ** 2
     for number in range(CORNER_ROW, CORNER_ROW + num_corners):
         p = get(scratch, number, 0)
+        if p[2] - highest > reach:
+            continue
         base = surface_point(grid, heights, rows, columns, p)
-        first_row, last_row, first_column, last_column = cells_around(grid, rows, columns, base, reach)
+        is_free = base[0] == p[0] and base[1] == p[1] and base[2] == p[2]
+        first_row, last_row, first_column, last_column = cells_around(
+            grid, rows, columns, base, reach_below(reach, base[2] - highest)
+        )
         for row in range(first_row, last_row + 1):
             for column in range(first_column, last_column + 1):
                 corner = row * columns + column
                 a = sample(grid, heights, columns, row, column)
+                if is_free:
+                    low, high = cell_range(heights, columns, corner)
+                    apart = (
+                        outside(p[0], a[0], a[0] + grid[2]),
+                        outside(p[1], a[1], a[1] + grid[3]),
+                        outside(p[2], low, high),
+                    )
+                    if vec3.norm_squared(apart) > near_squared:
+                        continue
                 for upper in range(2):
                     slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
                     # A vertical distance; times the cosine of the slope it is that along the normal.
@@ -139,13 +168,31 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, scratch, co
 
 
 @kernel
-def beside_field(grid, highest, scratch):
-    """Whether the bounds of the shape lie above or beside the whole field."""
+def highest_below(grid, heights, rows, columns, scratch):
+    """The highest sample [m] of the cells under the shape's bounds; minus infinity if it lies beside the field."""
     lower = get(scratch, BOUNDS_ROW, 0)
     upper = get(scratch, BOUNDS_ROW, 3)
-    return (
-        lower[2] > highest or lower[0] > -grid[0] or lower[1] > -grid[1] or upper[0] < grid[0] or upper[1] < grid[1]
-    )
+    if lower[0] > -grid[0] or lower[1] > -grid[1] or upper[0] < grid[0] or upper[1] < grid[1]:
+        return -math.inf
+    first = cell_index(lower[0] - grid[0], grid[4], columns - 1)
+    last = cell_index(upper[0] - grid[0], grid[4], columns - 1) + 1
+    highest = -math.inf
+    for row in range(
+        cell_index(lower[1] - grid[1], grid[5], rows - 1), cell_index(upper[1] - grid[1], grid[5], rows - 1) + 2
+    ):
+        for index in range(row * columns + first, row * columns + last + 1):
+            highest = max(highest, heights[index])
+    return highest
+
+
+@kernel
+def _draw_in(highest, scratch):
+    """Narrow the bounds of a ball to the part of it that is not above ``highest`` [m]."""
+    center = get(scratch, CENTER_ROW, 0)
+    reach = reach_below(radius_of(scratch) + margin_of(scratch), center[2] - highest)
+    for axis in range(2):
+        scratch[BOUNDS_ROW, axis] = center[axis] - reach
+        scratch[BOUNDS_ROW, 3 + axis] = center[axis] + reach
 
 
 @kernel
@@ -176,13 +223,18 @@ def collide_height_field(
         scratch: (256, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
-    grid = grid_of(field)
-    if beside_field(grid, field.highest, scratch):
+    if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
+    grid = grid_of(field)
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
-    found = corners_against_faces(grid, heights, rows, columns, num_corners, scratch, np.int64(0))
+    highest = highest_below(grid, heights, rows, columns, scratch)
+    if scratch[BOUNDS_ROW, 2] > highest:
+        return count
+    if shape_a == SPHERE:
+        _draw_in(highest, scratch)
+    found = corners_against_faces(grid, heights, rows, columns, num_corners, highest, scratch, np.int64(0))
     item = 0
     while True:
         end, item = list_features(grid, heights, rows, columns, scratch, item)

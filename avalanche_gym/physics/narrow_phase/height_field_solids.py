@@ -13,7 +13,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import CLEARLY_LOWER, toward_plane
-from .height_field import beside_field, corners_against_faces, over_facet, slopes, surface_point
+from .height_field import corners_against_faces, highest_below, over_facet, slopes, surface_point
 from .height_field_grid import cell_index, grid_of, list_features, sample
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
@@ -71,12 +71,15 @@ def collide_cylinder_height_field(
     """Append the contacts of a cylinder with a height field; return the new count. Arguments as in height_field.py."""
     radius, half_length = size_a[0], size_a[1]
     _, axes = put_cylinder(size_a, position_a, rotation_a, position_b, rotation_b, margin, scratch)
-    grid = grid_of(field)
-    if beside_field(grid, field.highest, scratch):
+    if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
+    grid = grid_of(field)
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
+    highest = highest_below(grid, heights, rows, columns, scratch)
+    if scratch[BOUNDS_ROW, 2] > highest:
+        return count
     found = _cylinder_against_faces(
         grid, heights, rows, columns, radius, half_length, axes, scratch, np.int64(0)
     )
@@ -95,17 +98,20 @@ def collide_hull_height_field(
 ):
     """Append the contacts of a hull (terrain_hull.py) with a height field; return the new count."""
     origin, axes = put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch)
-    grid = grid_of(field)
-    if beside_field(grid, field.highest, scratch):
+    if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
+    grid = grid_of(field)
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
+    highest = highest_below(grid, heights, rows, columns, scratch)
+    if scratch[BOUNDS_ROW, 2] > highest:
+        return count
     found = np.int64(0)
     number = np.int64(0)
     while number < hull[0][0].num_vertices:
-        num_corners, number = list_corners(hull, origin, axes, number, field.highest + margin, scratch)
-        found = corners_against_faces(grid, heights, rows, columns, num_corners, scratch, found)
+        num_corners, number = list_corners(hull, origin, axes, number, highest + margin, scratch)
+        found = corners_against_faces(grid, heights, rows, columns, num_corners, highest, scratch, found)
     item = 0
     while True:
         end, item = list_features(grid, heights, rows, columns, scratch, item)

@@ -213,6 +213,13 @@ def _beside_corner(scratch, row, count):
     length = scratch[row, 7]
     margin = margin_of(scratch)
     center = get(scratch, CENTER_ROW, 0)
+    # Only beyond all three faces of a corner is the corner nearest.
+    r = vec3.sub(start, center)
+    for axis in range(3):
+        along = vec3.dot(axis_of(scratch, axis), r)
+        farthest = max(abs(along), abs(along + length * vec3.dot(axis_of(scratch, axis), e)))
+        if farthest < scratch[CENTER_ROW, 3 + axis] * (1.0 - REGION_SLACK):
+            return count
     for number in range(CORNER_ROW, CORNER_ROW + 8):
         p = get(scratch, number, 0)
         t = vec3.dot(vec3.sub(p, start), e)

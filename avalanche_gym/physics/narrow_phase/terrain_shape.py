@@ -63,6 +63,23 @@ def axis_of(scratch, axis):
 
 
 @kernel
+def axes_of(scratch):
+    """Rotation of the core, nine floats."""
+    a, b = AXES_ROW, AXES_ROW + 1
+    return (
+        scratch[a, 0],
+        scratch[a, 1],
+        scratch[a, 2],
+        scratch[a, 3],
+        scratch[a, 4],
+        scratch[a, 5],
+        scratch[a, 6],
+        scratch[a, 7],
+        scratch[b, 0],
+    )
+
+
+@kernel
 def margin_of(scratch):
     """[m]"""
     return scratch[CENTER_ROW, 7]
