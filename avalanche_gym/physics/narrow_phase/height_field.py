@@ -20,7 +20,8 @@ from ..jit import kernel
 from ..maths import vec3
 from ..model import SPHERE
 from .height_field_grid import cell_index, cell_range, grid_of, list_features, outside, sample
-from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
+from .height_field_walls import wall_in_front
+from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -133,6 +134,13 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
         if p[2] - highest > reach:
             continue
         base = surface_point(grid, heights, rows, columns, p)
+        wall, distance, n = wall_in_front(grid, heights, rows, columns, p, base)
+        if wall:
+            if distance <= reach:
+                position = vec3.add_scaled(p, -0.5 * (radius + distance), n)
+                feature = feature_of(POINT, int(scratch[number, 3]), WALL_PLACE, 0)
+                count = add_candidate(scratch, count, position, n, distance - radius, feature)
+            continue
         is_free = base[0] == p[0] and base[1] == p[1] and base[2] == p[2]
         first_row, last_row, first_column, last_column = cells_around(
             grid, rows, columns, base, reach_below(reach, base[2] - highest)

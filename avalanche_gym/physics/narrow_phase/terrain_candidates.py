@@ -40,7 +40,7 @@ SAME_NORMAL = 1e-6
 
 # Features. A part of the terrain is its kind and number; numbers beyond this one wrap around, which only the warm start
 # would notice.
-FACE_PLACE, EDGE_PLACE, VERTEX_PLACE = 0, 1, 2
+FACE_PLACE, EDGE_PLACE, VERTEX_PLACE, WALL_PLACE = 0, 1, 2, 3
 PLACE_NUMBERS = 1 << 24
 # What a contact belongs to, above the number of the part of the moving shape and its place.
 POINT, CROSSING, TERRAIN_VERTEX = 0, 1, 2

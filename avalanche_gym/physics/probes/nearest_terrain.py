@@ -17,24 +17,15 @@ from ..maths import vec3
 from ..memory import header_at, heights_of, table
 from ..model import FACE_ROW, HEIGHT_FIELD_ROW, MESH_ROW, NODE_ROW, VERTEX_ROW
 from ..narrow_phase.height_field_grid import face_normal, grid_of, sample
+from ..narrow_phase.height_field_walls import facet_height, nearest_wall
 from ..narrow_phase.mesh_surface import nearest_face
 from ..narrow_phase.smooth_surface import coefficients_of, locate, patch_of, signed_distance
 from ..narrow_phase.triangle import EDGE, VERTEX, closest_point
 from ..shapes.static_tree import leaf_near
 from .probe import MISS, answer, probe_at
-from .ray_height_field import facet_height
 
 # Of a squared distance, where a search looks for what is nearer than that.
 BOUND = 1.001
-
-
-@kernel
-def nearest_wall(p, half_x, half_y):
-    """Distance [m] to the nearest wall of a point over or below the rectangle, and its outward normal."""
-    to_x, to_y = half_x - abs(p[0]), half_y - abs(p[1])
-    if to_x < to_y:
-        return to_x, (math.copysign(1.0, p[0]), 0.0, 0.0)
-    return to_y, (0.0, math.copysign(1.0, p[1]), 0.0)
 
 
 @kernel
@@ -76,10 +67,7 @@ def near_facets(address):
     rows, columns = field.rows, field.columns
     heights = heights_of(header, probe.world)[field.first : field.first + rows * columns]
     x, y = min(max(p[0], grid[0]), -grid[0]), min(max(p[1], grid[1]), -grid[1])
-    row, _ = locate(y - grid[1], grid[5], rows - 1)
-    column, _ = locate(x - grid[0], grid[4], columns - 1)
-    z, upper = facet_height(grid, heights, columns, row, column, x, y)
-    below = p[2] < z
+    below = p[2] < facet_height(grid, heights, rows, columns, x, y)
     if below and (x != p[0] or y != p[1]):
         d = (p[0] - x, p[1] - y, 0.0)
         distance = vec3.norm(d)
@@ -91,8 +79,9 @@ def near_facets(address):
         if wall < distance:
             return answer(probe, -wall, outward)
     if distance == 0.0:
-        corner = row * columns + column
-        return answer(probe, 0.0, face_normal(grid, heights, corner, columns, upper))
+        row, v = locate(y - grid[1], grid[5], rows - 1)
+        column, u = locate(x - grid[0], grid[4], columns - 1)
+        return answer(probe, 0.0, face_normal(grid, heights, row * columns + column, columns, 1 if v > u else 0))
     normal = vec3.scale((-1.0 if below else 1.0) / distance, vec3.sub(p, nearest))
     return answer(probe, -distance if below else distance, normal)
 

@@ -22,6 +22,7 @@ from ..maths import vec3
 from ..memory import header_at, heights_of, table
 from ..model import HEIGHT_FIELD_ROW
 from ..narrow_phase.height_field_grid import face_normal, grid_of
+from ..narrow_phase.height_field_walls import facet_height
 from ..narrow_phase.smooth_surface import coefficients_of, height, jet, locate, normal_of, patch_of
 from .probe import MISS, answer, answer_inside, probe_at
 
@@ -36,20 +37,6 @@ TO_BERNSTEIN = np.linalg.inv(
 # A cut that moves the start by less than this part of the interval ends the search, in vain or not.
 SMALLEST_CUT = 1e-14
 MOST_CUTS = 60
-
-
-@kernel
-def facet_height(grid, heights, columns, row, column, x, y):
-    """z [m] of the facets of a cell at x, y [m] from the field's middle, and 1 if it is that above the diagonal."""
-    u = (x - grid[0]) * grid[4] - column
-    v = (y - grid[1]) * grid[5] - row
-    corner = row * columns + column
-    a, c = heights[corner], heights[corner + columns + 1]
-    if v > u:
-        d = heights[corner + columns]
-        return a + (c - d) * u + (d - a) * v, 1
-    b = heights[corner + 1]
-    return a + (b - a) * u + (c - b) * v, 0
 
 
 @kernel
@@ -142,11 +129,8 @@ def ray_facets(address):
     start, end, wall = clip_to_field(o, d, -grid[0], -grid[1], probe.limit)
     if start > end:
         return MISS
-    row, _ = locate(o[1] + start * d[1] - grid[1], grid[5], rows - 1)
-    column, _ = locate(o[0] + start * d[0] - grid[0], grid[4], columns - 1)
-    z, _ = facet_height(grid, heights, columns, row, column, o[0] + start * d[0], o[1] + start * d[1])
-    over = o[2] + start * d[2] - z
-    if over <= 0.0:
+    z = facet_height(grid, heights, rows, columns, o[0] + start * d[0], o[1] + start * d[1])
+    if o[2] + start * d[2] <= z:
         if wall < 0:
             return answer_inside(probe)
         side = -math.copysign(1.0, d[wall])
@@ -172,7 +156,9 @@ def ray_facets(address):
                 crossing = (v - u) / rate
             middle = crossing if t < crossing < leave else leave
             inner = 0.5 * (t + middle)
-            _, upper = facet_height(grid, heights, columns, row, column, o[0] + inner * d[0], o[1] + inner * d[1])
+            u = (o[0] + inner * d[0] - grid[0]) * grid[4] - column
+            v = (o[1] + inner * d[1] - grid[1]) * grid[5] - row
+            upper = 1 if v > u else 0
             here = t
             for half in range(2):
                 there = middle if half == 0 else leave
