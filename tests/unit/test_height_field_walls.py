@@ -1,5 +1,7 @@
 """A height field is solid below and ends at its rectangle: bodies from the side meet upright walls."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -37,11 +39,19 @@ def test_box_against_a_wall_is_pushed_back_by_it(overlap):
 def test_bodies_from_the_side_stop_at_the_wall(surface):
     ice = physics.Material(friction=0.0)
     scene = physics.Scene()
-    scene.add_body(physics.HeightField(np.zeros((9, 9)), (2.0, 2.0), surface=surface), motion="static", material=ice)
-    shapes = (physics.Sphere(0.2), physics.Box((0.2, 0.2, 0.2)))
-    for place, shape in zip((-0.5, 0.5), shapes, strict=True):
-        scene.add_body(shape, mass=1.0, position=(2.0, place, -0.6), linear_velocity=(-3.0, 0.0, 0.0), material=ice)
+    scene.add_body(physics.HeightField(np.zeros((9, 9)), (4.0, 4.0), surface=surface), motion="static", material=ice)
+    shapes = (
+        physics.Sphere(0.2),
+        physics.Box((0.2, 0.2, 0.2)),
+        physics.Cylinder(0.2, 0.3),
+        physics.Capsule(0.2, 0.3),
+        physics.ConvexHull(list(itertools.product((-0.2, 0.2), repeat=3))),
+    )
+    for number, shape in enumerate(shapes):
+        place, way = (3.0, 0.8 * number - 1.6, -0.6), (-3.0, 0.0, 0.0)
+        scene.add_body(shape, mass=1.0, position=place, linear_velocity=way, material=ice)
     world = physics.World(scene)
     world.step(120)
-    np.testing.assert_allclose(world.position[0, 1:], [(1.2, -0.5, -0.6), (1.2, 0.5, -0.6)], atol=1e-8)
-    np.testing.assert_allclose(world.linear_velocity[0, 1:], 0.0, atol=1e-9)
+    np.testing.assert_allclose(world.position[0, 1:, 0], 2.2, atol=1e-8)
+    np.testing.assert_allclose(world.position[0, 1:, 2], -0.6, atol=1e-8)
+    np.testing.assert_allclose(world.linear_velocity[0, 1:], 0.0, atol=1e-8)

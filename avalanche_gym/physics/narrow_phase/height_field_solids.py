@@ -15,7 +15,8 @@ from ..maths import mat3, vec3
 from .cylinder import CLEARLY_LOWER, toward_plane
 from .height_field import corners_against_faces, highest_below, over_facet, slopes, surface_point
 from .height_field_grid import cell_index, grid_of, list_features, sample
-from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
+from .height_field_walls import facet_height, wall_in_front
+from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
 from .terrain_shape import BOUNDS_ROW, CENTER_ROW, get, margin_of, scale_of
@@ -58,9 +59,39 @@ def _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, a
                     base = p
                     if gap < -slack:
                         base = surface_point(grid, heights, rows, columns, p)
-                    if over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper):
+                    wall, _, _ = wall_in_front(grid, heights, rows, columns, p, base)
+                    if not wall and over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper):
                         feature = feature_of(POINT, feature, FACE_PLACE, 2 * corner + upper)
                         count = add_candidate(scratch, count, vec3.add_scaled(p, -0.5 * gap, n), n, gap, feature)
+    return count
+
+
+@kernel
+def _cylinder_against_walls(grid, heights, rows, columns, radius, half_length, axes, scratch, count):
+    """Contacts of the walls with a cylinder whose middle is in front of them; return the new count of candidates."""
+    center = get(scratch, CENTER_ROW, 0)
+    margin = margin_of(scratch)
+    for wall in range(4):
+        axis = wall >> 1
+        side = 2.0 * (wall & 1) - 1.0
+        n = (side, 0.0, 0.0) if axis == 0 else (0.0, side, 0.0)
+        height = side * center[axis] + grid[axis]
+        if height <= 0.0:
+            continue
+        down = vec3.neg(mat3.apply_transposed(axes, n))
+        lowest = math.inf
+        for k in range(5):
+            local, part, exists = toward_plane(radius, half_length, down, k)
+            gap = height - vec3.dot(down, local)
+            if not exists or gap > margin or (k == 4 and gap >= lowest - CLEARLY_LOWER * radius):
+                continue
+            lowest = min(lowest, gap)
+            p = vec3.add(center, mat3.apply(axes, local))
+            x, y = min(max(p[0], grid[0]), -grid[0]), min(max(p[1], grid[1]), -grid[1])
+            beside = p[1] != y if axis == 0 else p[0] != x
+            if not beside and p[2] < facet_height(grid, heights, rows, columns, x, y):
+                feature = feature_of(POINT, part, WALL_PLACE, wall)
+                count = add_candidate(scratch, count, vec3.add_scaled(p, -0.5 * gap, n), n, gap, feature)
     return count
 
 
@@ -83,6 +114,7 @@ def collide_cylinder_height_field(
     found = _cylinder_against_faces(
         grid, heights, rows, columns, radius, half_length, axes, scratch, np.int64(0)
     )
+    found = _cylinder_against_walls(grid, heights, rows, columns, radius, half_length, axes, scratch, found)
     item = 0
     while True:
         end, item = list_features(grid, heights, rows, columns, scratch, item)

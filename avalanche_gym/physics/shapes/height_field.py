@@ -18,7 +18,9 @@ SURFACES = ("facets", "smooth")
 
 @dataclass(frozen=True, eq=False, init=False)
 class HeightField(Shape):
-    """Solid below a surface z(x, y) over a rectangle centred on its origin; without a bottom; nothing outside.
+    """Solid below a surface z(x, y) over a rectangle centred on its origin, without a bottom.
+
+    Its sides are upright walls, and nothing is outside.
 
     Args:
         heights: (rows, columns) [m], at least 2 x 2; rows along y, columns along x, row 0 at -y, column 0 at -x.
