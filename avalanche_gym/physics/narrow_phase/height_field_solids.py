@@ -80,9 +80,7 @@ def collide_cylinder_height_field(
     highest = highest_below(grid, heights, rows, columns, scratch)
     if scratch[BOUNDS_ROW, 2] > highest:
         return count
-    found = _cylinder_against_faces(
-        grid, heights, rows, columns, radius, half_length, axes, scratch, np.int64(0)
-    )
+    found = _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, axes, scratch, np.int64(0))
     item = 0
     while True:
         end, item = list_features(grid, heights, rows, columns, scratch, item)

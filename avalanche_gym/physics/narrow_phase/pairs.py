@@ -206,7 +206,9 @@ def cylinder_height_field_stage(address, count):
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, heights = height_field_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_cylinder_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+    return collide_cylinder_height_field(
+        *place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query)
+    )
 
 
 @stage
@@ -233,7 +235,9 @@ def cylinder_mesh_stage(address, count):
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_cylinder_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
+    return collide_cylinder_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+    )
 
 
 @stage
@@ -242,7 +246,9 @@ def hull_mesh_stage(address, count):
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
-    return collide_hull_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
+    return collide_hull_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+    )
 
 
 @stage
@@ -251,7 +257,9 @@ def plane_mesh_stage(address, count):
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, position_b, rotation_b)
-    return collide_plane_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
+    return collide_plane_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+    )
 
 
 # By the codes of the two shapes, the smaller first.
