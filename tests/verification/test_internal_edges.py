@@ -8,7 +8,9 @@ import pytest
 from avalanche_gym import physics
 from tests.oracles import terrain_oracle as oracle
 
-PRISM = [(x, y, z) for x, y in [(0.25, 0.0), (0.1, 0.2), (-0.2, 0.15), (-0.22, -0.1), (0.05, -0.2)] for z in (-0.1, 0.1)]
+PRISM = [
+    (x, y, z) for x, y in [(0.25, 0.0), (0.1, 0.2), (-0.2, 0.15), (-0.22, -0.1), (0.05, -0.2)] for z in (-0.1, 0.1)
+]
 UPRIGHT, LYING = (1.0, 0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)
 BODIES = {
     "sphere": (physics.Sphere(0.1), UPRIGHT),

@@ -111,9 +111,7 @@ def collide_cylinder_height_field(
     highest = highest_below(grid, heights, rows, columns, scratch)
     if scratch[BOUNDS_ROW, 2] > highest:
         return count
-    found = _cylinder_against_faces(
-        grid, heights, rows, columns, radius, half_length, axes, scratch, np.int64(0)
-    )
+    found = _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, axes, scratch, np.int64(0))
     found = _cylinder_against_walls(grid, heights, rows, columns, radius, half_length, axes, scratch, found)
     item = 0
     while True:

@@ -20,9 +20,7 @@ from .triangle import REGION_SLACK
 
 
 @kernel
-def _cylinder_against_face(
-    vertices, faces, nodes, index, two_sided, radius, half_length, axes, scratch, count
-):
+def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, half_length, axes, scratch, count):
     """Contacts of one face with a cylinder: the points of it that would touch the face's plane."""
     face = faces[index]
     center = get(scratch, CENTER_ROW, 0)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
-from ..maths import mat3, vec3
+from ..maths import vec3
 from .cylinder import point_cylinder
 from .terrain_candidates import (
     CROSSING,
@@ -84,7 +84,12 @@ def _put_point(scratch, row, q, d, end, count):
     gap = vec3.dot(r, d)
     foot = vec3.add_scaled(start, t, e)
     beyond = vec3.dot(vec3.sub(get(scratch, CENTER_ROW, 0), foot), d)
-    if gap > margin_of(scratch) or beyond <= 0.0 or not _within(t, scratch[row, 7]) or not in_edge_cone(scratch, row, d):
+    if (
+        gap > margin_of(scratch)
+        or beyond <= 0.0
+        or not _within(t, scratch[row, 7])
+        or not in_edge_cone(scratch, row, d)
+    ):
         return count
     feature = feature_of(POINT, end, EDGE_PLACE, int(scratch[row + 2, 3]))
     return add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)

@@ -128,7 +128,9 @@ def _crossing(scratch, row, hull, origin, axes, count):
                 way_out = d
                 found = True
             else:
-                position = vec3.add_scaled(vec3.add_scaled(get(scratch, row, 1), t, get(scratch, row, 4)), 0.5 * gap, turned)
+                position = vec3.add_scaled(
+                    vec3.add_scaled(get(scratch, row, 1), t, get(scratch, row, 4)), 0.5 * gap, turned
+                )
                 feature = feature_of(CROSSING, number, EDGE_PLACE, int(scratch[row + 2, 3]))
                 count = add_candidate(scratch, count, position, turned, gap, feature)
         if not found:
@@ -140,7 +142,7 @@ def _crossing(scratch, row, hull, origin, axes, count):
 def _is_extreme(points, p, d, slack):
     """Whether no point of the hull lies lower along d than its corner p."""
     lowest = vec3.dot(p, d) - slack
-    for number in range(points.shape[0]):
+    for number in range(points.shape[0]):  # noqa: SIM110  (kernels have no generators)
         if vec3.dot(point_of(points, number), d) < lowest:
             return False
     return True
