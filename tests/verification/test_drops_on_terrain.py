@@ -103,10 +103,38 @@ def run(name, drops, seconds, ground):
     return world, handle
 
 
+def carpet(time):
+    """Heights [m] of a travelling wave in a wide bowl, and their rates [m/s]."""
+    x, y = terrain.grid(33, 33, (16.0, 16.0))
+    phase = 3.0 * time + 1.2 * x + 0.7 * y
+    return 0.03 * (x**2 + y**2) + 0.2 * np.sin(phase), 0.6 * np.cos(phase)
+
+
+def ride(name, drops, seconds):
+    rng = np.random.default_rng(sum(map(ord, name)))
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
+    ground = scene.add_body(physics.HeightField(carpet(0.0)[0], (16.0, 16.0)), motion="kinematic")
+    world, handle = dropped(scene, SHAPES[name], lambda rng: (*rng.uniform(-2.0, 2.0, 2), 1.6), rng, drops)
+    for step in range(int(240 * seconds)):
+        heights, rates = carpet(step / 240.0)
+        world.set_heights(ground, heights, rates)
+        world.step()
+        if step % 24 == 0:
+            position = world.position[:, handle]
+            assert np.isfinite(position).all()
+            assert depth_in_field(heights + rates / 240.0, (16.0, 16.0), position) <= 0.0
+
+
 @pytest.mark.parametrize("ground", ["field", "planet"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_few_drops(name, ground):
     run(name, 4, 2.0, ground)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_few_rides_on_a_carpet(name):
+    ride(name, 3, 2.0)
 
 
 @pytest.mark.verify
@@ -114,3 +142,9 @@ def test_a_few_drops(name, ground):
 @pytest.mark.parametrize("name", SHAPES)
 def test_hundred_drops(name, ground):
     run(name, 100, 10.0, ground)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("name", SHAPES)
+def test_hundred_rides_on_a_carpet(name):
+    ride(name, 100, 5.0)

@@ -34,7 +34,8 @@ from .capsule import capsule_box, capsule_capsule
 from .cylinder import cylinder_plane, sphere_cylinder
 from .height_field import collide_height_field
 from .height_field_solids import collide_cylinder_height_field, collide_hull_height_field
-from .hull import collide_convex, hull_plane
+from .hull import collide_convex
+from .hull_plane import hull_plane
 from .mesh import collide_mesh
 from .mesh_plane import collide_plane_mesh
 from .mesh_solids import collide_cylinder_mesh, collide_hull_mesh
