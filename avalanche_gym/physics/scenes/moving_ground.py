@@ -31,8 +31,14 @@ def turntable(excess: float) -> Scene:
     disk = Cylinder(2.0 * PLACE, 0.1)
     spin = (0.0, 0.0, SPIN)
     scene.add_body(disk, motion="kinematic", position=(0.0, 0.0, -0.1), angular_velocity=spin, material=rubber)
-    start = {"position": (PLACE, 0.0, 0.1), "linear_velocity": (0.0, SPIN * PLACE, 0.0), "angular_velocity": spin}
-    scene.add_body(Box((0.1, 0.1, 0.1)), mass=1.0, material=rubber, **start)
+    scene.add_body(
+        Box((0.1, 0.1, 0.1)),
+        mass=1.0,
+        position=(PLACE, 0.0, 0.1),
+        linear_velocity=(0.0, SPIN * PLACE, 0.0),
+        angular_velocity=spin,
+        material=rubber,
+    )
     return scene
 
 
