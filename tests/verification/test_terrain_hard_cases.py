@@ -78,9 +78,7 @@ def test_a_dirty_floor_is_a_clean_one():
     places = []
     for mesh in ((vertices, faces), (np.concatenate([vertices, more, needle]), flipped)):
         scene = scene_with(physics.TriangleMesh(*mesh))
-        scene.add_body(
-            SHAPES["box"], mass=1.0, position=(-2.0, -1.0, 0.1), linear_velocity=(3.0, 1.5, 0.0), name="box"
-        )
+        scene.add_body(SHAPES["box"], mass=1.0, position=(-2.0, -1.0, 0.1), linear_velocity=(3.0, 1.5, 0.0), name="box")
         world = physics.World(scene)
         world.step(480)
         places.append(np.concatenate([world.position[0, 1], world.orientation[0, 1]]))

@@ -67,20 +67,22 @@ def cell_index(distance, inverse_spacing, cells):
 
 
 @kernel
-def face_normal(grid, heights, corner, columns, upper):
-    """Unit normal of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
+def _upward(grid, heights, corner, columns, upper):
+    """Normal of a facet with z component 1."""
     a = heights[corner]
     c = heights[corner + columns + 1]
     if upper == 0:
         b = heights[corner + 1]
-        slope_x = (b - a) * grid[4]
-        slope_y = (c - b) * grid[5]
-    else:
-        d = heights[corner + columns]
-        slope_x = (c - d) * grid[4]
-        slope_y = (d - a) * grid[5]
-    s = 1.0 / math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    return (-s * slope_x, -s * slope_y, s)
+        return ((a - b) * grid[4], (b - c) * grid[5], 1.0)
+    d = heights[corner + columns]
+    return ((d - c) * grid[4], (a - d) * grid[5], 1.0)
+
+
+@kernel
+def face_normal(grid, heights, corner, columns, upper):
+    """Unit normal of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
+    n = _upward(grid, heights, corner, columns, upper)
+    return vec3.scale(1.0 / math.sqrt(vec3.norm_squared(n)), n)
 
 
 @kernel
@@ -123,10 +125,10 @@ def list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, e
     m1 = _wall(e)
     m2 = m1
     if row < rows - 1 and left_column >= 0:
-        left = face_normal(grid, heights, row * columns + left_column, columns, rise * shift)
+        left = _upward(grid, heights, row * columns + left_column, columns, rise * shift)
         m1 = vec3.cross(left, e)
     if right_row >= 0 and column < columns - 1:
-        right = face_normal(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
+        right = _upward(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
         m2 = vec3.cross(e, right)
     out = vec3.sub(vec3.cross(e, m1), vec3.cross(e, m2))
     number = 3 * (row * columns + column) + rise + rise * shift

@@ -6,8 +6,8 @@ shape. The list lies in the scratch table (terrain_shape.py) from FIRST_FEATURE_
     edge:    (0, start, direction e, length), (m1, m2, -, -), (out, number, -, -, -, -)
     vertex:  (number of spokes, position, out, vertex number), then one row (t, -, -, -, -, -) a spoke
 
-m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges (e, m1 and m2 are unit
-vectors), ``out`` points to the free side. They make the normal cone of triangle.py.
+m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges (e is a unit
+vector; m1 and m2 are at least that long), ``out`` points to the free side. They make the normal cone of triangle.py.
 
 The normal of every contact is that of a feature of the terrain whose normal cone holds it, exactly; the part of the
 box must be its extreme one against that normal. There a part counts as extreme too if it misses by at most ``TILT``,

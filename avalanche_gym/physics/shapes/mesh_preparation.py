@@ -329,14 +329,14 @@ def _tables(
     # The sine of the bend: positive where the neighbour falls away from the plane of the face.
     bend = np.zeros((m, 3))
     is_flat = np.zeros((m, 3), bool)
-    for k in range(3):
-        f = np.flatnonzero(~rim[:, k])
-        g = neighbours[f, k]
-        m1 = np.cross(normals[f], points[triangles[f, (k + 1) % 3]] - points[triangles[f, k]])
+    for side in range(3):
+        f = np.flatnonzero(~rim[:, side])
+        g = neighbours[f, side]
+        m1 = np.cross(normals[f], points[triangles[f, (side + 1) % 3]] - points[triangles[f, side]])
         sine = -np.einsum("ij,ij->i", m1, normals[g]) / np.linalg.norm(m1, axis=1)
         alike = np.einsum("ij,ij->i", normals[f], normals[g]) > 0.0
-        bend[f, k] = sine
-        is_flat[f, k] = alike & (np.abs(sine) <= FLAT_ANGLE + round_off[f] + round_off[g])
+        bend[f, side] = sine
+        is_flat[f, side] = alike & (np.abs(sine) <= FLAT_ANGLE + round_off[f] + round_off[g])
     f, k = np.nonzero(is_flat)
     count, group = _components(f, neighbours[f, k], m)
     if count < m:
