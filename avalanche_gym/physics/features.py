@@ -45,9 +45,8 @@ def describe_features(scene: Scene, storage: Storage) -> Features:
         "collisions": collisions,
         "friction": collisions and bool(bodies["friction"].any() or np.nan_to_num(rules["friction"]).any()),
         "restitution": collisions and bool(header["restitution"]),
-        # The coefficients are kept, but the solver has no rows for them yet.
-        "rolling friction": False,
-        "torsional friction": False,
+        "rolling friction": collisions and bool(bodies["rolling_friction"].any()),
+        "torsional friction": collisions and bool(bodies["torsional_friction"].any()),
         "height fields": bool((shapes == HEIGHT_FIELD).any()),
         "smooth height fields": bool((shapes == SMOOTH_FIELD).any()),
         "triangle meshes": bool((shapes == MESH).any()),

@@ -79,6 +79,7 @@ HEADER = np.dtype(
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
         ("restitution", np.int64),  # 0: nothing in this scene bounces
+        ("moments", np.int64),  # 0: no contact of this scene has rolling or torsional friction
         ("time_step", np.float64),  # [s]
         ("tolerance", np.float64),
         ("max_iterations", np.int64),

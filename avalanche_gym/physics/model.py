@@ -227,6 +227,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("curved", np.int64),  # 1: where the bodies touch after moving is asked of the narrow phase again
         ("size", np.float64),  # [m] of the smaller body: the scale of its tolerances
         ("impulse", np.float64, 3),  # [N s] on b, world frame
+        ("moment", np.float64, 3),  # [N m s] on b, of rolling and torsional friction
         ("radius_a", np.float64),  # [m] of the rounding of a at the contact: that of a sphere or capsule, else 0
         ("radius_b", np.float64),
         ("friction", np.float64),

@@ -131,6 +131,9 @@ class Storage:
         header, arrays = self.header[0], self.arrays
         bounces = arrays["bodies"]["restitution"].any() or (arrays["pair_rules"]["restitution"] > 0.0).any()
         header["restitution"] = bool(bounces)
+        header["moments"] = bool(
+            arrays["bodies"]["rolling_friction"].any() or arrays["bodies"]["torsional_friction"].any()
+        )
         header["moving_heights"] = self.moving_heights = bool(arrays["height_rates"].any())
 
     def _pair_functions(self) -> NDArray[np.int64]:
@@ -180,7 +183,7 @@ class Storage:
             "order": contacts,
             "clipping": CLIPPING_FLOATS,
             "query": PAIR_QUERY.itemsize,
-            "solver_rows": contacts,
+            "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
             "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),

@@ -47,6 +47,7 @@ def _inherit(old, new, stage):
     """Hand the impulse over, and mark the old contact as claimed."""
     impulse = vec3.load(old.impulse)
     vec3.store(new.impulse, impulse)
+    vec3.store(new.moment, vec3.load(old.moment))
     if stage == EXACT:
         vec3.store(new.creep, vec3.load(old.creep))
         new.stuck = old.sticks
@@ -68,6 +69,7 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
         contacts[index].island = 0
         contacts[index].persistent = 0
         vec3.store(contacts[index].impulse, vec3.ZERO)
+        vec3.store(contacts[index].moment, vec3.ZERO)
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
     if num_old == 0:

@@ -1,8 +1,9 @@
 """From the impulses of an island's contacts to the motion of its bodies.
 
-Impulses r_i on body b (and -r_i on a) at arms x_i add up, body by body, to an impulse p and an angular impulse l,
+Impulses r_i on body b (and -r_i on a) at arms x_i, and the moments m_i of rolling and torsional friction, add up, body
+by body, to an impulse p and an angular impulse l,
 
-    p = sum r_i,    l = sum x_i cross r_i,    v = v_free + p / m,    L = L_free + l,    omega = R I^-1 R^T L,
+    p = sum r_i,    l = sum x_i cross r_i + m_i,    v = v_free + p / m,    L = L_free + l,    omega = R I^-1 R^T L,
 
 with v_free, L_free what the flight leaves at the end of the step and R the orientation there.
 """
@@ -16,8 +17,8 @@ from ..model import DYNAMIC, FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL
 
 
 @kernel
-def _accumulate(row, center, point, push):
-    moment = vec3.cross(vec3.sub(point, center), push)
+def _accumulate(row, center, point, push, turn):
+    moment = vec3.add(vec3.cross(vec3.sub(point, center), push), turn)
     for axis in range(3):
         row[axis] += push[axis]
         row[3 + axis] += moment[axis]
@@ -33,13 +34,14 @@ def sum_impulses(bodies, places, contacts, order, first, last, island_bodies, fi
     for index in range(first, last):
         contact = contacts[order[index]]
         push = vec3.load(contact.impulse)
+        turn = vec3.load(contact.moment)
         point = vec3.load(contact.position)
         a = contact.body_a
         b = contact.body_b
         if bodies[a].motion == DYNAMIC:
-            _accumulate(sums[a], vec3.load(places[a].center), point, vec3.neg(push))
+            _accumulate(sums[a], vec3.load(places[a].center), point, vec3.neg(push), vec3.neg(turn))
         if bodies[b].motion == DYNAMIC:
-            _accumulate(sums[b], vec3.load(places[b].center), point, push)
+            _accumulate(sums[b], vec3.load(places[b].center), point, push, turn)
 
 
 @kernel

@@ -23,8 +23,8 @@ from ..memory import (
     world_entry,
 )
 from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
-from ..solver.exact import NEEDS_MEMORY, keep_impulses, solve_rows
-from ..solver.problem import prepare_nodes, prepare_rows
+from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
+from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
 from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
 from .lasting import (
@@ -218,11 +218,15 @@ def _solve(address, workspace_address, world, island):
     own = last - first
     prepare_nodes(bodies, working, members[first_body:], num_bodies, nodes, index)
     prepare_rows(contacts, order[first:], own, bodies, working, num_bodies, rows, nodes, index)
+    num_rows = own
+    if header.moments == 1:
+        num_rows = prepare_moments(contacts, order[first:], own, working, rows, nodes)
     workspace.tolerance = header.tolerance
-    method = call_stage(header.solve_problem, address, workspace_address, own, num_bodies)
+    method = call_stage(header.solve_problem, address, workspace_address, num_rows, num_bodies)
     if method == NEEDS_MEMORY:
         return False
     keep_impulses(contacts, order, first, last, rows)
+    keep_moments(contacts, order, first, rows, own, num_rows)
     report = report_of(header, world)
     report.residual = max(report.residual, workspace.residual)
     report.iterations += workspace.iterations

@@ -34,12 +34,19 @@ def linearise_rows(rows, nodes, num_contacts, num_bodies, delta):
     symmetric = 1
     for i in range(num_contacts):
         row = rows[i]
-        status, offset, stiffness = linearise(row, delta)
+        status, offset, stiffness = linearise(rows, row, delta)
         row.status = status
         vec3.store(row.offset, offset)
         for k in range(9):
             row.stiffness[k] = stiffness[k]
-        if status == SLIP and row.friction > 0.0:
+        if row.of >= 0:
+            coupling = vec3.load(row.coupling)
+            if vec3.norm_squared(coupling) > 0.0:
+                symmetric = 0
+                contact = rows[row.of]
+                rise = vec3.dot(vec3.load(contact.offset), vec3.load(contact.normal))
+                offset = vec3.add_scaled(offset, rise, coupling)
+        elif status == SLIP and row.friction > 0.0:
             symmetric = 0
         add_impulse(row, nodes, offset)
     return symmetric
@@ -63,6 +70,19 @@ def add_stiffness(blocks, slot, row, arm):
         blocks[slot, c + 18] += arm[1] * z - arm[2] * y
         blocks[slot, c + 24] += arm[2] * x - arm[0] * z
         blocks[slot, c + 30] += arm[0] * y - arm[1] * x
+
+
+@kernel
+def add_angular_stiffness(blocks, slot, rows, row, arm):
+    """Add the B of a moment to K: it acts between turns alone, and on its contact's normal impulse by ``coupling``."""
+    contact = rows[row.of]
+    fall = mat3.apply_transposed(load_matrix(contact.stiffness), vec3.load(contact.normal))
+    turned = vec3.cross(arm, fall)
+    for r in range(3):
+        c_r = row.coupling[r]
+        for c in range(3):
+            blocks[slot, 18 + 6 * r + c] += c_r * fall[c]
+            blocks[slot, 21 + 6 * r + c] += row.stiffness[3 * r + c] + c_r * turned[c]
 
 
 @kernel
@@ -146,7 +166,10 @@ def assemble_matrix(rows, nodes, blocks, index, num_contacts, num_bodies, num_ha
                     arm = vec3.sub(vec3.load(rows[c].arm_b), vec3.load(rows[first].arm_b))
                 else:
                     arm = vec3.sub(vec3.load(rows[c].arm_a), vec3.load(rows[first].arm_a))
-                add_stiffness(blocks, k, rows[c], arm)
+                if rows[c].of >= 0:
+                    add_angular_stiffness(blocks, k, rows, rows[c], arm)
+                else:
+                    add_stiffness(blocks, k, rows[c], arm)
             c += 1
         if closed:
             add_pair(blocks, index, nodes, rows[first], num_bodies, num_handles, slots, symmetric)

@@ -26,3 +26,14 @@ def project(z, normal, friction):
     foot = (along + friction * slip) / (1.0 + friction * friction)
     # ``slip`` is zero here only if friction is infinite or not a number.
     return vec3.add_scaled(vec3.scale(foot, normal), friction * foot / slip if slip > 0.0 else 0.0, tangential)
+
+
+@kernel
+def limit(moment, normal, tangential, along):
+    """The nearest moment with |m_t| <= ``tangential`` and |m_n| <= ``along``."""
+    part = vec3.dot(moment, normal)
+    rest = vec3.add_scaled(moment, -part, normal)
+    length = math.sqrt(vec3.norm_squared(rest))
+    if length > tangential:
+        rest = vec3.scale(tangential / length, rest)
+    return vec3.add_scaled(rest, min(max(part, -along), along), normal)

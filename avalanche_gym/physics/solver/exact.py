@@ -61,6 +61,8 @@ GOOD = 1e-10
 POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
 # An impulse below this share of the largest of its island is a trace of round-off, not a load.
 TRACE = 1e-15
+# Sweeps between two runs of Newton where there are moments.
+UNSETTLING_SWEEPS = 10
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
 # Sweeps for such islands, and how many lie between two looks at the residual.
@@ -77,6 +79,13 @@ def keep_impulses(contacts, order, first, last, rows):
         impulse = vec3.load(rows[i].impulse)
         kept = vec3.norm_squared(impulse) > TRACE * TRACE * largest
         vec3.store(contacts[order[first + i]].impulse, impulse if kept else vec3.ZERO)
+
+
+@kernel
+def keep_moments(contacts, order, first, rows, num_contacts, num_rows):
+    """Moments of rows[num_contacts:num_rows] to their contacts."""
+    for i in range(num_contacts, num_rows):
+        vec3.store(contacts[order[first + rows[i].of]].moment, vec3.load(rows[i].impulse))
 
 
 @kernel
@@ -156,21 +165,30 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 return best, spent, method
             if spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
                 break
-            best, used = interior_point(
-                rows,
-                nodes,
-                blocks,
-                index,
-                num_contacts,
-                num_bodies,
-                num_handles,
-                slots,
-                violation,
-                goal,
-                best,
-                min(INTERIOR_BUDGET, max_iterations - spent),
-            )
-            spent += used
+            if rows[num_contacts - 1].of >= 0:
+                # The interior point knows no moments; sweeps unsettle Newton as well.
+                restore_best(rows, num_contacts)
+                evaluate(rows, nodes, num_contacts, num_bodies, violation)
+                prepare_local(rows, nodes, num_contacts)
+                for _ in range(min(UNSETTLING_SWEEPS, max_iterations - spent)):
+                    sweep(rows, nodes, num_contacts)
+                    spent += 1
+            else:
+                best, used = interior_point(
+                    rows,
+                    nodes,
+                    blocks,
+                    index,
+                    num_contacts,
+                    num_bodies,
+                    num_handles,
+                    slots,
+                    violation,
+                    goal,
+                    best,
+                    min(INTERIOR_BUDGET, max_iterations - spent),
+                )
+                spent += used
             present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
             method = INTERIOR_POINT
             delta = POLISH_DELTA

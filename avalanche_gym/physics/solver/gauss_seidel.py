@@ -10,8 +10,11 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import mat3, vec3
+from .cone import limit
 from .local_contact import solve_contact
 from .problem import load_matrix
+from .residual import load_on
+from .response import relative_velocity
 
 
 @kernel
@@ -25,6 +28,8 @@ def prepare_local(rows, nodes, num_contacts):
     """W_ii of every contact in its own frame (normal, t1, t2)."""
     for i in range(num_contacts):
         row = rows[i]
+        if row.of >= 0:
+            continue
         node_a = nodes[row.a]
         node_b = nodes[row.b]
         normal = vec3.load(row.normal)
@@ -49,11 +54,8 @@ def prepare_local(rows, nodes, num_contacts):
 @kernel
 def push(node, arm, impulse, sign):
     """Add the velocities that an impulse at ``arm`` makes."""
-    axes = load_matrix(node.axes)
-    moment = vec3.cross(arm, impulse)
-    turned = mat3.apply(axes, mat3.apply_transposed(axes, moment))
     vec3.store(node.linear, vec3.add_scaled(vec3.load(node.linear), sign * node.root * node.root, impulse))
-    vec3.store(node.angular, vec3.add_scaled(vec3.load(node.angular), sign, turned))
+    turn(node, vec3.cross(arm, impulse), sign)
 
 
 @kernel
@@ -86,8 +88,33 @@ def relax(row, nodes):
 
 
 @kernel
+def relax_moment(rows, row, nodes):
+    """A projected step of a moment with all others held; 3 Wd is a bound of its response in every direction."""
+    old = vec3.load(row.impulse)
+    velocity = vec3.add(vec3.load(row.free), relative_velocity(row, nodes))
+    load = load_on(rows, row)
+    aim = vec3.add_scaled(old, -1.0 / (3.0 * row.scale), velocity)
+    new = limit(aim, vec3.load(row.normal), row.friction * load, row.torsion * load)
+    vec3.store(row.impulse, new)
+    step = vec3.sub(new, old)
+    turn(nodes[row.a], step, -1.0)
+    turn(nodes[row.b], step, 1.0)
+
+
+@kernel
+def turn(node, moment, sign):
+    """Add the angular velocity that a moment makes."""
+    axes = load_matrix(node.axes)
+    turned = mat3.apply(axes, mat3.apply_transposed(axes, moment))
+    vec3.store(node.angular, vec3.add_scaled(vec3.load(node.angular), sign, turned))
+
+
+@kernel
 def sweep(rows, nodes, num_contacts):
     """One forward sweep. On entry the velocities of the nodes belong to the present impulses (``evaluate``)."""
     for i in range(num_contacts):
         if rows[i].scale > 0.0:
-            relax(rows[i], nodes)
+            if rows[i].of >= 0:
+                relax_moment(rows, rows[i], nodes)
+            else:
+                relax(rows[i], nodes)

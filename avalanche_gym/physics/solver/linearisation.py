@@ -23,6 +23,7 @@ import math
 
 from ..jit import kernel
 from ..maths import vec3
+from .residual import load_on
 
 OPEN, STICK, SLIP = 0, 1, 2
 
@@ -52,12 +53,65 @@ def add_matrices(a, b):
 
 
 @kernel
-def linearise(row, delta):
-    """(status, A, B) of a contact at its present impulse and velocity."""
+def linearise_moment(row, load, delta):
+    """(status, A, B) of a moment whose contact bears ``load`` [N s]: F = m - projection of m - rho w.
+
+    Each part sticks, dm = -k (w + dw), or is at its limit as the tangential part of a contact that slips. A limit moves
+    with the load: dm = A - B dw + c dr_n, with c stored in ``coupling``.
+    """
+    coupling = vec3.ZERO
+    velocity = vec3.load(row.velocity)
+    impulse = vec3.load(row.impulse)
+    normal = vec3.load(row.normal)
+    rho = 1.0 / row.scale
+    k = rho / delta
+    z = vec3.add_scaled(impulse, -rho, velocity)
+    z_n = vec3.dot(z, normal)
+    z_t = vec3.add_scaled(z, -z_n, normal)
+    length = math.sqrt(vec3.norm_squared(z_t))
+    along = row.torsion * load
+    across = row.friction * load
+    # Normal part: torsion.
+    if abs(z_n) <= along and row.torsion > 0.0:
+        a = vec3.scale(-k * vec3.dot(velocity, normal), normal)
+        b = outer(k, normal, normal)
+    else:
+        error = vec3.dot(impulse, normal) - min(max(z_n, -along), along)
+        a = vec3.scale(-error / (1.0 + delta), normal)
+        b = outer(0.0, normal, normal)
+        if load > 0.0:
+            coupling = vec3.scale(math.copysign(row.torsion, z_n) / (1.0 + delta), normal)
+    # Tangential part: rolling.
+    velocity_t = vec3.add_scaled(velocity, -vec3.dot(velocity, normal), normal)
+    impulse_t = vec3.add_scaled(impulse, -vec3.dot(impulse, normal), normal)
+    if length <= across and row.friction > 0.0:
+        a = vec3.add_scaled(a, -k, velocity_t)
+        b = add_matrices(b, outer(-k, normal, normal))
+        b = add_matrices(b, (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k))
+    elif length > 0.0:
+        t = vec3.scale(1.0 / length, z_t)
+        p = vec3.cross(normal, t)
+        d = across / length
+        error_t = vec3.add_scaled(impulse_t, -across, t)
+        turn = 1.0 / (1.0 - d + delta)
+        a = vec3.add_scaled(a, -vec3.dot(t, error_t) / (1.0 + delta), t)
+        a = vec3.add_scaled(a, -turn * vec3.dot(p, error_t), p)
+        b = add_matrices(b, outer(rho * d * turn, p, p))
+        if load > 0.0:
+            coupling = vec3.add_scaled(coupling, row.friction / (1.0 + delta), t)
+    vec3.store(row.coupling, coupling)
+    return STICK, a, b
+
+
+@kernel
+def linearise(rows, row, delta):
+    """(status, A, B) of a contact or moment at its present impulse and velocity."""
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     impulse = vec3.load(row.impulse)
     if row.scale == 0.0:
         return OPEN, vec3.ZERO, zero
+    if row.of >= 0:
+        return linearise_moment(row, load_on(rows, row), delta)
     velocity = vec3.load(row.velocity)
     normal = vec3.load(row.normal)
     friction = row.friction

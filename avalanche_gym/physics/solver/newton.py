@@ -90,6 +90,12 @@ def newton(
             row = rows[i]
             change = mat3.apply(load_matrix(row.stiffness), relative_velocity(row, nodes))
             step = vec3.sub(vec3.load(row.offset), change)
+            if row.of >= 0:
+                contact = rows[row.of]
+                rise = vec3.dot(vec3.sub(vec3.load(contact.impulse), vec3.load(contact.dx)), vec3.load(contact.normal))
+                step = vec3.add_scaled(step, rise, vec3.load(row.coupling))
+            else:
+                vec3.store(row.dx, vec3.load(row.impulse))
             vec3.store(row.impulse, vec3.add(vec3.load(row.impulse), step))
         trial, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
         spent += 1

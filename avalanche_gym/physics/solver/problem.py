@@ -98,6 +98,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         scale += (rotational_response(node_a, arm_a) + rotational_response(node_b, arm_b)) / 3.0
         row.a = a
         row.b = b
+        row.of = -1
         row.friction = contact.friction
         row.scale = scale
         vec3.store(row.normal, normal)
@@ -106,3 +107,31 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         vec3.store(row.free, vec3.add_scaled(free, contact.bias, normal))
         # Where nothing can move no impulse changes anything: such a contact carries none.
         vec3.store(row.impulse, vec3.load(contact.impulse) if scale > 0.0 else vec3.ZERO)
+
+
+@kernel
+def prepare_moments(contacts, order, num_contacts, states, rows, nodes):
+    """Append a row for each contact with rolling or torsional friction; return the number of rows.
+
+    Its free velocity is the relative angular velocity of the bodies, its limit follows the load of its contact.
+    """
+    count = num_contacts
+    for i in range(num_contacts):
+        contact = contacts[order[i]]
+        scale = (nodes[rows[i].a].trace + nodes[rows[i].b].trace) / 3.0
+        if (contact.rolling_friction > 0.0 or contact.torsional_friction > 0.0) and scale > 0.0:
+            row = rows[count]
+            row.a = rows[i].a
+            row.b = rows[i].b
+            row.of = i
+            row.friction = contact.rolling_friction
+            row.torsion = contact.torsional_friction
+            row.scale = scale
+            vec3.store(row.normal, vec3.load(rows[i].normal))
+            vec3.store(row.arm_a, vec3.load(rows[i].arm_a))
+            vec3.store(row.arm_b, vec3.load(rows[i].arm_b))
+            spin_b = vec3.load(states[contact.body_b].angular_velocity)
+            vec3.store(row.free, vec3.sub(spin_b, vec3.load(states[contact.body_a].angular_velocity)))
+            vec3.store(row.impulse, vec3.load(contact.moment))
+            count += 1
+    return count

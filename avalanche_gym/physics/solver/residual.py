@@ -10,6 +10,9 @@ in one unit. It is reported relative to the larger of the impulses themselves an
 
     residual = res / max( sqrt(sum_i Wd_i |r_i|^2), res(r = 0) ).
 
+A moment with rolling friction rho and torsional friction tau opposes the relative angular velocity: the same with the
+projection on |m_t| <= rho r_n, |m_n| <= tau r_n for the one on the cone, r_n being the normal impulse of its contact.
+
 The same sums give the level of round-off: r and u are known to a few units in the last place, so no method can push
 res below about eps sqrt(sum_i Wd_i (|r_i| + |u_i| / Wd_i)^2).
 """
@@ -20,7 +23,7 @@ import math
 
 from ..jit import kernel
 from ..maths import vec3
-from .cone import project
+from .cone import limit, project
 from .response import add_impulse, clear, impulses_to_velocities, relative_velocity
 
 # Units of round-off in res below which an iterate counts as solved whatever the tolerance says. Lower: steps are wasted
@@ -29,8 +32,20 @@ ROUND_OFF = 4 * 2.220446049250313e-16
 
 
 @kernel
-def natural_map(row, impulse, velocity):
-    """F_i for an impulse and a velocity u_i, and the vector (u_i + mu |u_it| n_i) / Wd_i."""
+def load_on(rows, row):
+    """The normal impulse [N s] that limits a moment."""
+    contact = rows[row.of]
+    return max(vec3.dot(vec3.load(contact.impulse), vec3.load(contact.normal)), 0.0)
+
+
+@kernel
+def natural_map(rows, row, impulse, velocity):
+    """F_i for an impulse and a velocity u_i, and the vector (u_i + mu |u_it| n_i) / Wd_i, of a moment u_i / Wd_i."""
+    if row.of >= 0:
+        corrected = vec3.scale(1.0 / row.scale, velocity)
+        load = load_on(rows, row)
+        kept = limit(vec3.sub(impulse, corrected), vec3.load(row.normal), row.friction * load, row.torsion * load)
+        return vec3.sub(impulse, kept), corrected
     normal = vec3.load(row.normal)
     friction = row.friction
     along = vec3.dot(velocity, normal)
@@ -45,8 +60,8 @@ def free_violation(rows, num_contacts):
     total = 0.0
     for i in range(num_contacts):
         row = rows[i]
-        if row.scale > 0.0:
-            error, _ = natural_map(row, vec3.ZERO, vec3.load(row.free))
+        if row.scale > 0.0 and row.of < 0:
+            error, _ = natural_map(rows, row, vec3.ZERO, vec3.load(row.free))
             total += row.scale * vec3.norm_squared(error)
     return math.sqrt(total)
 
@@ -75,7 +90,7 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
         vec3.store(row.velocity, velocity)
         if row.scale > 0.0:
             impulse = vec3.load(row.impulse)
-            error, corrected = natural_map(row, impulse, velocity)
+            error, corrected = natural_map(rows, row, impulse, velocity)
             squares += row.scale * vec3.norm_squared(error)
             impulses += row.scale * vec3.norm_squared(impulse)
             magnitudes += row.scale * vec3.norm_squared(corrected)

@@ -18,9 +18,16 @@ def clear(nodes, num_nodes):
 
 @kernel
 def add_impulse(row, nodes, impulse):
-    """Add ``impulse`` on b and its reaction on a to the sums of impulses and moments of the two nodes."""
+    """Add ``impulse`` on b and its reaction on a to the sums of impulses and moments of the two nodes.
+
+    Of a moment it is an angular impulse.
+    """
     node_a = nodes[row.a]
     node_b = nodes[row.b]
+    if row.of >= 0:
+        vec3.store(node_a.angular, vec3.sub(vec3.load(node_a.angular), impulse))
+        vec3.store(node_b.angular, vec3.add(vec3.load(node_b.angular), impulse))
+        return
     moment_a = vec3.cross(vec3.load(row.arm_a), impulse)
     moment_b = vec3.cross(vec3.load(row.arm_b), impulse)
     vec3.store(node_a.linear, vec3.sub(vec3.load(node_a.linear), impulse))
@@ -44,6 +51,8 @@ def relative_velocity(row, nodes):
     """G y: the change of the relative velocity at a contact that the nodes' changes of velocity make."""
     node_a = nodes[row.a]
     node_b = nodes[row.b]
+    if row.of >= 0:
+        return vec3.sub(vec3.load(node_b.angular), vec3.load(node_a.angular))
     spin_a = vec3.cross(vec3.load(node_a.angular), vec3.load(row.arm_a))
     spin_b = vec3.cross(vec3.load(node_b.angular), vec3.load(row.arm_b))
     moved = vec3.sub(vec3.load(node_b.linear), vec3.load(node_a.linear))

@@ -2,7 +2,8 @@
 
 Four arrays, so that kernels allocate nothing:
 
-``rows``    one record a contact: the data of its three equations and the present iterate
+``rows``    one record a contact: the data of its three equations and the present iterate; behind them one for each
+            contact with rolling or torsional friction, whose impulse is a moment and whose velocity an angular one
 ``nodes``   one record a dynamic body of the island, and a last one that stands for everything that cannot be moved
 ``blocks``  6 x 6 blocks of the factorisation (solver/factorisation.py)
 ``index``   integers: which body is which node, elimination order, pattern of the factorisation (solver/elimination.py)
@@ -19,7 +20,9 @@ ROW = np.dtype(  # (contacts of the island,)
     [
         ("a", np.int64),  # node of body a
         ("b", np.int64),  # node of body b
-        ("friction", np.float64),
+        ("of", np.int64),  # -1: a contact; else a moment, and this is the row whose normal impulse limits it
+        ("friction", np.float64),  # of a moment: rolling friction [m]
+        ("torsion", np.float64),  # of a moment: torsional friction [m]
         ("scale", np.float64),  # [1/kg] trace(W_ii) / 3: velocity per impulse at this contact; 0 if nothing can move
         ("normal", np.float64, 3),  # unit, from a to b, world frame
         ("arm_a", np.float64, 3),  # [m] from the centre of mass of a to the contact, world frame
@@ -34,6 +37,7 @@ ROW = np.dtype(  # (contacts of the island,)
         ("accepted", np.float64, 3),  # r before the step that is on trial
         ("best", np.float64, 3),  # r of the smallest residual so far
         ("status", np.int64),  # OPEN, STICK or SLIP (solver/linearisation.py)
+        ("coupling", np.float64, 3),  # of a moment: what it gains per normal impulse of its contact [m]
         ("offset", np.float64, 3),  # A of the Newton step dr = A - B du [N s]
         ("stiffness", np.float64, 9),  # B [kg]
         ("x", np.float64, 3),  # (mu r_n, r_t) of the interior-point method [N s]
