@@ -64,7 +64,10 @@ def show(case: HardCase, rates: list[int], tolerance: float, everything: bool) -
     heads = " ".join(f"{errors.get(case.error, math.nan):9.2e}" for errors in columns)
     goals = " ".join(f"{case.goal[rate]:8.0e}" if rate in case.goal else "       -" for rate in rates)
     cost = " ".join(f"{value:8.2f}" for value in costs)
-    print(f"{case.number:2d} {case.name:24s} {heads}  {case.unit:15s} | {goals} | {max(residuals):8.1e} | {cost}", flush=True)
+    print(
+        f"{case.number:2d} {case.name:24s} {heads}  {case.unit:15s} | {goals} | {max(residuals):8.1e} | {cost}",
+        flush=True,
+    )
     if everything:
         for name in columns[0]:
             if name != case.error:

@@ -102,9 +102,7 @@ def touchdown() -> Scene:
 
 
 def measure_touchdown(recording: Recording) -> dict[str, float]:
-    truth = planet_bounces(
-        ATTRACTION, *DESCENT, PLANET_RADIUS + LANDER_RADIUS, PLANET_RESTITUTION, recording.time
-    )
+    truth = planet_bounces(ATTRACTION, *DESCENT, PLANET_RADIUS + LANDER_RADIUS, PLANET_RESTITUTION, recording.time)
     place = recording.position[:, 0]
     depth = PLANET_RADIUS + LANDER_RADIUS - np.linalg.norm(place, axis=1)
     return {
@@ -115,28 +113,65 @@ def measure_touchdown(recording: Recording) -> dict[str, float]:
 
 CASES = (
     HardCase(
-        "throw", 1, "Free fall and throw", "the parabola", throw, 2.0, measure_throw, "position", "m", 1e-11,
-        goal={60: 1e-12, 960: 1e-12}, sampling=0.1,
+        "throw",
+        1,
+        "Free fall and throw",
+        "the parabola",
+        throw,
+        2.0,
+        measure_throw,
+        "position",
+        "m",
+        1e-11,
+        goal={60: 1e-12, 960: 1e-12},
+        sampling=0.1,
     ),
     *(
         HardCase(
-            f"rotation_{kind}", 2, f"Free rotation, {kind}",
+            f"rotation_{kind}",
+            2,
+            f"Free rotation, {kind}",
             "Euler's equations by Taylor series of order 24",
-            partial(tumbler, kind), 20.0, partial(measure_tumbler, kind), "angle", "rad", 1e-8,
-            goal={60: 1e-10, 960: 1e-9}, sampling=1.0,
+            partial(tumbler, kind),
+            20.0,
+            partial(measure_tumbler, kind),
+            "angle",
+            "rad",
+            1e-8,
+            goal={60: 1e-10, 960: 1e-9},
+            sampling=1.0,
         )
         for kind in TUMBLERS
     ),
     *(
         HardCase(
-            f"orbit_e{round(10 * eccentricity):02d}", 3, f"Kepler orbit, eccentricity {eccentricity}, 100.7 periods",
-            "Kepler's equation", partial(orbit, eccentricity), 2000.0, partial(measure_orbit, eccentricity), "position",
-            "a", 1e-8, goal={60: 1e-9, 240: 1e-9, 960: 1e-9}, sampling=20.0,
+            f"orbit_e{round(10 * eccentricity):02d}",
+            3,
+            f"Kepler orbit, eccentricity {eccentricity}, 100.7 periods",
+            "Kepler's equation",
+            partial(orbit, eccentricity),
+            2000.0,
+            partial(measure_orbit, eccentricity),
+            "position",
+            "a",
+            1e-8,
+            goal={60: 1e-9, 240: 1e-9, 960: 1e-9},
+            sampling=20.0,
         )
         for eccentricity in (0.5, 0.9)
     ),
     HardCase(
-        "orbit_touchdown", 4, "An orbit that bounces round its planet, e = 0.8", "Kepler arcs between exact reflections",
-        touchdown, 10.0, measure_touchdown, "position", "planet radii", 1e-6, goal={60: 1e-8, 240: 1e-8}, sampling=0.1,
+        "orbit_touchdown",
+        4,
+        "An orbit that bounces round its planet, e = 0.8",
+        "Kepler arcs between exact reflections",
+        touchdown,
+        10.0,
+        measure_touchdown,
+        "position",
+        "planet radii",
+        1e-6,
+        goal={60: 1e-8, 240: 1e-8},
+        sampling=0.1,
     ),
 )

@@ -64,9 +64,7 @@ def apoapsis_start(mu: float, axis: float, eccentricity: float) -> tuple[NDArray
     return np.array([farthest, 0.0, 0.0]), np.array([0.0, speed, 0.0])
 
 
-def kepler_motion(
-    mu: float, axis: float, eccentricity: float, times: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def kepler_motion(mu: float, axis: float, eccentricity: float, times: NDArray[np.float64]) -> NDArray[np.float64]:
     """Positions (n, 3) [m] of that orbit, ``times`` [s] after the apoapsis."""
     mean = math.sqrt(mu / axis**3) * np.asarray(times, np.longdouble) + np.longdouble(math.pi)
     anomaly = eccentric_anomaly(mean, eccentricity)

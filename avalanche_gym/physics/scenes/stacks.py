@@ -27,8 +27,9 @@ def stack(top_mass: float) -> Scene:
 
 def lean(recording: Recording) -> float:
     """[rad] largest angle between the vertical and what was vertical at the start, bodies 1 and on."""
-    first, last = (rotation_matrices(recording.orientation[index, 1:]) for index in (0, -1))
-    return float(np.arccos(np.clip(np.einsum("bi,bi->b", first[:, 2], last[:, 2]), -1.0, 1.0)).max())
+    first, last = (rotation_matrices(recording.orientation[index, 1:])[:, 2] for index in (0, -1))
+    sine = np.linalg.norm(np.cross(first, last), axis=1)
+    return float(np.arctan2(sine, (first * last).sum(axis=1)).max())
 
 
 def measure_stack(top_mass: float, recording: Recording) -> dict[str, float]:

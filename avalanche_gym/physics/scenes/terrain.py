@@ -42,9 +42,7 @@ def pendulum_angle(amplitude: float, length: float, times: NDArray[np.float64]) 
 
 def measure_bowl(recording: Recording) -> dict[str, float]:
     angle = pendulum_angle(RELEASE, PENDULUM, recording.time)
-    truth = np.stack(
-        [PENDULUM * np.sin(angle), np.zeros_like(angle), BOWL_RADIUS - PENDULUM * np.cos(angle)], axis=1
-    )
+    truth = np.stack([PENDULUM * np.sin(angle), np.zeros_like(angle), BOWL_RADIUS - PENDULUM * np.cos(angle)], axis=1)
     place, speed = recording.position[:, 1], recording.linear_velocity[:, 1]
     energy = 0.5 * (speed**2).sum(axis=1) + GRAVITY * (place[:, 2] - BOWL_BALL)
     return {
