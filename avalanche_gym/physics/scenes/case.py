@@ -20,7 +20,7 @@ ONLY_THE_END = math.inf
 
 @dataclass(frozen=True)
 class Recording:
-    """A motion as any engine may have made it: n samples of all bodies, static ones included; the first is the start."""
+    """A motion as any engine may have made it: n samples of all bodies, static ones too; the first is the start."""
 
     time: NDArray[np.float64]  # (n,) [s]
     position: NDArray[np.float64]  # (n, bodies, 3) [m] of the frame each shape was given in

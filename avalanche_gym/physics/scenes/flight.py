@@ -49,7 +49,7 @@ def tumbler(kind: str) -> Scene:
 
 def measure_tumbler(kind: str, recording: Recording) -> dict[str, float]:
     inertia, spin = (np.array(values) for values in TUMBLERS[kind])
-    attitude = free_rotation(inertia, spin, recording.time)
+    attitude = free_rotation(*TUMBLERS[kind], tuple(recording.time.tolist()))
     turns = rotation_matrices(recording.orientation[:, 0])
     body_rate = np.einsum("nji,nj->ni", turns, recording.angular_velocity[:, 0])
     momentum = np.einsum("nij,nj->ni", turns, inertia * body_rate)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 TAYLOR_ORDER = 24
-TAYLOR_STEP = 0.2  # [rad] that the fastest spin turns within one series
+TAYLOR_STEP = 0.5  # [rad] that the fastest spin turns within one series
 
 
-def free_rotation(
-    inertia: NDArray[np.float64], spin: NDArray[np.float64], times: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Attitudes (n, 4) at ``times`` [s], ascending, of a free body that starts with its principal axes along the world's.
+@lru_cache(maxsize=16)
+def free_rotation(inertia: tuple[float, ...], spin: tuple[float, ...], times: tuple[float, ...]) -> NDArray[np.float64]:
+    """Attitudes (n, 4) at ``times`` [s], ascending, of a free body whose principal axes start along the world's.
 
     Euler's equations and q' = q w / 2 are quadratic, so their Taylor coefficients follow from one another:
     (k + 1) w_k+1 = I^-1 sum_j (I w_j) x w_k-j and 2 (k + 1) q_k+1 = sum_j q_j w_k-j. In 80-bit arithmetic, where the
@@ -25,36 +25,38 @@ def free_rotation(
         inertia: (3,) [kg m^2].
         spin: (3,) [rad/s] at time 0.
     """
-    inertia = np.asarray(inertia, np.longdouble)
+    moments = np.asarray(inertia, np.longdouble)
     rate = np.asarray(spin, np.longdouble)
     attitude = np.array([1, 0, 0, 0], np.longdouble)
-    longest = TAYLOR_STEP / float(np.linalg.norm(spin)) / float(inertia.max() / inertia.min()) ** 0.5
+    longest = TAYLOR_STEP / float(np.linalg.norm(spin)) / float(moments.max() / moments.min()) ** 0.5
     found, now = [], np.longdouble(0)
     for time in np.asarray(times, np.longdouble):
         count = max(1, math.ceil(float(time - now) / longest))
         step = (time - now) / count
         for _ in range(count if time > now else 0):
-            rate, attitude = _taylor_step(inertia, rate, attitude, step)
+            rate, attitude = _taylor_step(moments, rate, attitude, step)
         now = time
         found.append(attitude)
     return np.array(found, np.float64)
 
 
 def _taylor_step(inertia: Any, rate: Any, attitude: Any, step: Any) -> tuple[Any, Any]:
-    rates, attitudes = [rate], [attitude]
+    rates = np.zeros((TAYLOR_ORDER + 1, 3), np.longdouble)
+    attitudes = np.zeros((TAYLOR_ORDER + 1, 4), np.longdouble)
+    rates[0], attitudes[0] = rate, attitude
     for k in range(TAYLOR_ORDER):
-        turning = sum(np.cross(inertia * rates[j], rates[k - j]) for j in range(k + 1))
-        product = sum(_times_vector(attitudes[j], rates[k - j]) for j in range(k + 1))
-        rates.append(turning / inertia / (k + 1))
-        attitudes.append(product / (2 * (k + 1)))
+        w, back, q = rates[: k + 1], rates[k::-1], attitudes[: k + 1]
+        rates[k + 1] = _cross(inertia * w, back).sum(axis=0) / inertia / (k + 1)
+        # A quaternion times the pure quaternion of a vector.
+        attitudes[k + 1, 0] = -(q[:, 1:] * back).sum() / (2 * (k + 1))
+        attitudes[k + 1, 1:] = (q[:, :1] * back + _cross(q[:, 1:], back)).sum(axis=0) / (2 * (k + 1))
     powers = step ** np.arange(TAYLOR_ORDER + 1)[:, None]
-    attitude = (powers * np.array(attitudes)).sum(axis=0)
-    return (powers * np.array(rates)).sum(axis=0), attitude / np.sqrt((attitude**2).sum())
+    attitude = (powers * attitudes).sum(axis=0)
+    return (powers * rates).sum(axis=0), attitude / np.sqrt((attitude**2).sum())
 
 
-def _times_vector(q: Any, v: Any) -> Any:
-    """Quaternion wxyz times the pure quaternion of a vector."""
-    return np.concatenate([[-q[1:] @ v], q[0] * v + np.cross(q[1:], v)])
+def _cross(u: Any, v: Any) -> Any:
+    return u[:, [1, 2, 0]] * v[:, [2, 0, 1]] - u[:, [2, 0, 1]] * v[:, [1, 2, 0]]
 
 
 def apoapsis_start(mu: float, axis: float, eccentricity: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

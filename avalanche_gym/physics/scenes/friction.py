@@ -117,8 +117,8 @@ def measure_roll_down(recording: Recording) -> dict[str, float]:
 
 
 # Rolling with load (SimBenchmark's rolling test): m a_box = F - T, 25 m a = T + S, 25 (2/5) m a = T - S, a_box = 2 a,
-# with T between box and balls and S between balls and ground; no contact slips, as long as the box is not yet so far ahead
-# that the hindmost balls bear too little (0.24 s).
+# with T between box and balls and S between balls and ground; no contact slips, as long as the box is not yet so far
+# ahead that the hindmost balls bear too little (0.24 s).
 LOAD_MASS, BALL_MASS, BALLS, PUSH = 10.0, 1.0, 25, 150.0
 BALL_RADIUS, BALL_SPACING, LOAD_HALF = 0.5, 2.0, (6.0, 6.0, 0.02)
 BALL_ACCELERATION = PUSH / (2.0 * LOAD_MASS + 0.7 * BALLS * BALL_MASS)
@@ -304,7 +304,8 @@ CASES = (
         HardCase(
             f"swing_{name}", 24, f"A box on a plate that swings with {ratio} times what friction can hold",
             "the stick-slip motion in closed form between its events", partial(swinging_plate, ratio), 2.0,
-            partial(measure_swing, ratio), "position", "amplitudes", 1e-3, goal={240: 1e-4}, drive=partial(swing, ratio),
+            partial(measure_swing, ratio), "position", "amplitudes", 1e-3, goal={240: 1e-4},
+            drive=partial(swing, ratio),
         )
         for name, ratio in (("sticks", 0.95), ("slips", 1.6))
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ def far_away(offset: float) -> Scene:
     place = np.full(3, offset)
     scene.add_body(Box((8.0, 8.0, 0.5)), motion="static", position=place)
     scene.add_body(
-        Box((0.25, 0.125, 0.125)), mass=1.0, position=place + [0.0, 0.0, 0.625], linear_velocity=FAR_SPEED,
+        Box((0.25, 0.125, 0.125)), mass=1.0, position=place + np.array([0.0, 0.0, 0.625]), linear_velocity=FAR_SPEED,
         angular_velocity=FAR_SPIN,
     )  # fmt: skip
     return scene
@@ -36,7 +37,7 @@ def measure_far_away(offset: float, far: Recording, near: Recording) -> dict[str
 
 
 def scaled(length: float, mass: float, time: float) -> Scene:
-    """Boxes and a ball that slide, roll, fall on each other and come to rest, in units of ``length``, ``mass``, ``time``."""
+    """Boxes and a ball that slide, roll, fall on each other and come to rest, in other units."""
     speed = length / time
     scene = Scene()
     scene.add_field(UniformGravity((0.0, 0.0, -GRAVITY * length / time**2)))
@@ -138,7 +139,7 @@ def measure_dirt(dirty: Recording, clean: Recording) -> dict[str, float]:
 
 
 OPEN_MESH = TriangleMesh([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [[0, 1, 2]])
-BAD_INPUTS = {
+BAD_INPUTS: dict[str, dict[str, Any]] = {
     "nan_position": {"mass": 1.0, "position": (0.0, math.nan, 0.0)},
     "infinite_velocity": {"mass": 1.0, "linear_velocity": (math.inf, 0.0, 0.0)},
     "zero_mass": {"mass": 0.0},
@@ -150,9 +151,9 @@ BAD_INPUTS = {
 
 def bad_input(name: str) -> Scene:
     """A scene with one body that cannot be."""
-    values = dict(BAD_INPUTS[name])
+    values: dict[str, Any] = dict(BAD_INPUTS[name])
     scene = Scene()
-    scene.add_body(values.pop("shape", Sphere(0.1)), name="culprit", **values)  # type: ignore[arg-type]
+    scene.add_body(values.pop("shape", Sphere(0.1)), name="culprit", **values)
     return scene
 
 
@@ -189,7 +190,8 @@ CASES = (
         grain_and_boulder, 0.5, measure_grain, "speed", "relative", 1e-6, goal={60: 1e-9, 240: 1e-9}, order=False,
     ),
     HardCase(
-        "impulse_1e12", 30, "An impulse of 1e12 N s", "p / m t", kicked, 1.0, measure_kick, "position", "relative", 1e-12,
+        "impulse_1e12", 30, "An impulse of 1e12 N s", "p / m t", kicked, 1.0, measure_kick, "position", "relative",
+        1e-12,
         goal={60: 1e-14, 240: 1e-14}, drive=kick, order=False,
     ),
     *(

@@ -91,7 +91,7 @@ def trough_track() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def trough_motion(times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Places (n, 2) [m] of the ball's centre: constant acceleration on each piece, cos(kink) of the speed at each corner."""
+    """Places (n, 2) [m] of the ball's centre: constant acceleration on each piece, cos(kink) at each corner."""
     corners, slopes = trough_track()
     piece, place, speed, begin = 0, 0.5 * (corners[0] + corners[1]), 0.0, 0.0
     found = []

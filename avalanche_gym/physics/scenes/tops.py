@@ -13,15 +13,15 @@ from ..shapes import Compound, Cylinder, Plane, Sphere
 from .case import EVERY_STEP, GRAVITY, HardCase, Recording, about, rotation_matrices
 
 # The tippe top of Leine and Glocker (2003): a heavy half below, a stem above; two spheres on one axis.
-# With their friction of 0.3 and tilt of 0.1, and friction that knows no spin about the normal, it slides for 36 ms, then
-# rolls, and a rolling top does not turn over. With 0.03 and 0.3 it slides all the way.
+# With their friction of 0.3 and tilt of 0.1, and friction that knows no spin about the normal, it slides for 36 ms,
+# then rolls, and a rolling top does not turn over. With 0.03 and 0.3 it slides all the way.
 TOP_MASS, TOP_INERTIA, TOP_SPIN = 6e-3, (8e-7, 8e-7, 7e-7), 180.0  # [kg], [kg m^2], [rad/s]
 TOP_CENTER, TOP_RADIUS, STEM_CENTER, STEM_RADIUS = (
     3e-3,
     1.5e-2,
     1.6e-2,
     5e-3,
-)  # [m] along the axis, from the mass centre
+)  # [m] on the axis, from the mass centre
 ROLLING_TOP, SLIDING_TOP = (0.3, 0.1), (0.03, 0.3)  # friction, tilt [rad]
 INVERSION_TIME = 9.5204025706  # [s] until the axis of the sliding top is level; tests/oracles/top_oracle.py
 
@@ -117,14 +117,8 @@ def measure_disk(kind: str, recording: Recording) -> dict[str, float]:
     speed = steady_spin(theta, rate)[1]
     time, place = recording.time, recording.position[:, 1]
     axes = rotation_matrices(recording.orientation[:, 1])[:, :, 2]
-    truth = np.stack(
-        [
-            math.sin(theta) * np.cos(rate * time),
-            math.sin(theta) * np.sin(rate * time),
-            np.full(len(time), math.cos(theta)),
-        ],
-        axis=1,
-    )
+    around = [math.sin(theta) * np.cos(rate * time), math.sin(theta) * np.sin(rate * time)]
+    truth = np.stack([*around, np.full(len(time), math.cos(theta))], axis=1)
     circle = speed / rate * np.stack([np.cos(rate * time) - 1.0, np.sin(rate * time)], axis=1)
     tilt = np.arctan2(np.linalg.norm(axes[:, :2], axis=1), axes[:, 2])
     return {

@@ -15,7 +15,7 @@ PHASES, LANE, BULLET, WALL_HALF = 64, 0.5, 0.02, 0.01  # count, and [m] between 
 
 
 def lane_places(speed: float) -> np.ndarray:
-    """Starts (64, 3) [m]: the distances to the wall spread over what a bullet flies in 1/60 s, so every phase occurs."""
+    """Starts (64, 3) [m]: distances to the wall spread over what a bullet flies in 1/60 s, so every phase occurs."""
     distance = 1.0 + speed / 60.0 * (np.arange(PHASES) + 0.5) / PHASES
     return np.stack([-distance, LANE * np.arange(PHASES), np.zeros(PHASES)], axis=1)
 
@@ -113,7 +113,8 @@ def measure_crossed_beams(recording: Recording) -> dict[str, float]:
 def bullet_case(name: str, speed: float, target: str, duration: float) -> HardCase:
     half = WALL_HALF if target == "wall" else 0.0
     return HardCase(
-        name, 18, f"64 spheres of radius 0.02 m at {speed:g} m/s at a thin {target}", "none passes; rest on the surface",
+        name, 18, f"64 spheres of radius 0.02 m at {speed:g} m/s at a thin {target}",
+        "none passes; rest on the surface",
         partial(bullets, speed, target), duration, partial(measure_bullets, half), "passed", "of 64", 0.0,
         goal={60: 0.0, 240: 0.0, 960: 0.0}, order=False,
     )  # fmt: skip
