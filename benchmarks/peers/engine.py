@@ -30,9 +30,9 @@ class Simulation(ABC):
 
     @abstractmethod
     def state(self) -> State:
-        """Position [m], orientation wxyz, velocity [m/s] and angular velocity [rad/s] of all bodies' frames, world frame.
+        """Position [m], orientation wxyz, velocity [m/s], angular velocity [rad/s] of all bodies, world frame.
 
-        Copies, each (bodies, 3 | 4).
+        Of the frames their shapes were given in; copies, each (bodies, 3 | 4).
         """
 
     def report(self) -> dict[str, float]:
@@ -55,7 +55,7 @@ class Simulation(ABC):
     def set_heights(self, body: int, heights: Any, height_rates: Any) -> None:
         raise Unsupported("ground that moves")
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027, most hold nothing
         """Give back what the engine holds."""
 
 

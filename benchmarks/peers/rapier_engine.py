@@ -1,4 +1,7 @@
-"""Rapier (Python binding, 32-bit): 8 solver iterations, Coulomb cone, no slop to speak of, no sleeping, CCD for bullets."""
+"""Rapier (Python binding, 32-bit): 8 solver iterations, stiffer contacts, no slop to speak of, no sleeping, CCD for bullets.
+
+Friction is Rapier's default ("simplified"): with its Coulomb model a sliding box stops 11 % late at every step.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +29,7 @@ from avalanche_gym.physics.scenes import HardCase
 from .engine import Engine, Simulation, State, Unsupported, attractors, from_center, gravity, principal
 
 ITERATIONS = 8
+FREQUENCY, DAMPING = 100.0, 10.0  # [Hz] of contact springs, ratio; the defaults are 30 and 10. Stiffer topples stacks
 SLOP = 1e-4  # [m] overlap that is left alone, of bodies about a metre in size; Rapier's default is 5e-3
 UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)  # Rapier's y to our z
 
@@ -40,7 +44,8 @@ class Rapier(Simulation):
         values.num_solver_iterations = ITERATIONS
         values.normalized_allowed_linear_error = SLOP
         values.normalized_max_linear_velocity = 1e6
-        values.friction_model = rapier.FrictionModel.COULOMB
+        values.static_contact_softness = rapier.SpringCoefficients(2.0 * FREQUENCY, DAMPING)
+        values.contact_softness = rapier.SpringCoefficients(FREQUENCY, DAMPING)
         self.world.set_num_threads(1)
         self.scene = scene
         self.fast = case.theme == "tunnelling"
@@ -153,5 +158,5 @@ def collider_shape(shape: Any) -> tuple[Any, bool]:
 
 
 def engines() -> list[Engine]:
-    text = f"{ITERATIONS} iterations, Coulomb cone, slop {SLOP:g} m, no sleeping, CCD with 4 substeps for bullets, 1 thread"
+    text = f"{ITERATIONS} iterations, contact springs {FREQUENCY:g} Hz, slop {SLOP:g} m, no sleeping, CCD with 4 substeps for bullets, 1 thread"
     return [Engine("Rapier", version("rapier3d"), text, 60, partial(Rapier))]

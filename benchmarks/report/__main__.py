@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace, command: str) -> None:
 def feature_costs(path: Path, arguments: argparse.Namespace) -> list[FeatureCost]:
     """Measured anew unless only some cases were asked for; then what the file holds."""
     names = [entry.name for entry in fields(FeatureCost)]
-    if arguments.cases:
+    if arguments.cases and path.exists():
         with path.open(newline="") as file:
             rows = list(csv.DictReader(file))
         numbers = ("with_it", "without", "ratio")
