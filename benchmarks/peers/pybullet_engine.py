@@ -1,7 +1,8 @@
 """PyBullet: sequential impulses; 200 iterations, no damping, no slop, continuous collision for bullets.
 
-Maximal coordinates lose less where bodies bounce or are stacked, and know continuous collision; reduced ones turn better and
-slide better (measured). Bullet multiplies friction coefficients; each body gets one of its own so that the products are the pairs' coefficients.
+Maximal coordinates lose less where bodies bounce or are stacked, and know continuous collision; reduced ones turn and
+slide better (measured). Bullet multiplies friction coefficients; each body gets one of its own so that the products
+are the coefficients of the pairs.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ with quiet():
 
 
 def frictions(scene: Scene) -> dict[int, float]:
-    """A coefficient for each material (by id) such that products are the larger of each pair, in the log's least squares."""
+    """A coefficient for each material (by id), so that products are the larger of each pair (least squares of logs)."""
     materials = list({id(body.material): body.material for body in scene.bodies}.values())
     moving = {id(body.material) for body in scene.bodies if body.motion == "dynamic"}
     rows, wanted = [], []
@@ -266,5 +267,6 @@ def compound_arguments(parts: list[Any]) -> dict[str, Any]:
 
 def engines() -> list[Engine]:
     text = f"{ITERATIONS} iterations, residual threshold 0, contact slop 0, restitution threshold 0, no damping, "
-    text += f"internal edges, maximal coordinates for {', '.join(MAXIMAL)}, continuous collision for bullets, native substeps"
+    text += f"internal edges, maximal coordinates for {', '.join(MAXIMAL)}, continuous collision for bullets, "
+    text += "native substeps"
     return [Engine("PyBullet", str(bullet.getAPIVersion()), text, 240, partial(PyBullet))]

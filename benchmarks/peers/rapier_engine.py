@@ -1,4 +1,4 @@
-"""Rapier (Python binding, 32-bit): 8 solver iterations, stiffer contacts, no slop to speak of, no sleeping, CCD for bullets.
+"""Rapier (Python binding, 32-bit): 8 solver iterations, stiff contacts, hardly any slop, no sleeping, CCD for bullets.
 
 Friction is Rapier's default ("simplified"): with its Coulomb model a sliding box stops 11 % late at every step.
 """
@@ -158,5 +158,6 @@ def collider_shape(shape: Any) -> tuple[Any, bool]:
 
 
 def engines() -> list[Engine]:
-    text = f"{ITERATIONS} iterations, contact springs {FREQUENCY:g} Hz, slop {SLOP:g} m, no sleeping, CCD with 4 substeps for bullets, 1 thread"
+    text = f"{ITERATIONS} iterations, contact springs {FREQUENCY:g} Hz, slop {SLOP:g} m, no sleeping, "
+    text += "CCD with 4 substeps for bullets, 1 thread"
     return [Engine("Rapier", version("rapier3d"), text, 60, partial(Rapier))]

@@ -26,18 +26,12 @@ import numpy as np
 
 from ..peers import all_engines
 from .features import PAIRS, FeatureCost, measure_pair
+from .machine import processor
 from .plan import FULL, QUICK, Point, points
 from .table import FAILED, append, read
 from .worker import Worker, measure
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
-
-
-def processor() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.processor()
 
 
 def compile_seconds() -> float:
@@ -55,12 +49,12 @@ def compile_seconds() -> float:
 
 
 def heading(command: str, started: float, quick: bool) -> dict[str, str]:
-    peak = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     return {
         "date": datetime.now(UTC).strftime("%Y-%m-%d"),
         "command": f"`{command}`",
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}",
-        "load while it ended": f"{peak:.1f} (above 1 the costs are too high by what other programs took from the caches)",
+        "load while it ended": f"{load:.1f} (above 1, other programs took caches and memory from what was measured)",
         "versions": f"Python {platform.python_version()}, NumPy {np.__version__}, Numba {version('numba')}",
         "compiling, once": f"{compile_seconds():.0f} CPU s from an empty cache to the first step of a stack",
         "took": f"{(time.monotonic() - started) / 60:.1f} minutes in this call" + (", quick form" if quick else ""),

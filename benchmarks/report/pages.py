@@ -239,11 +239,11 @@ def gain_text(gain: float) -> str:
 
 PAGE = """# Speed against error
 
-Written by `python -m benchmarks.report`; edit the program, not this page. Every figure is from `data.csv` beside it, whose last
-column is the command that measures that row again. Costs are CPU seconds of one core for each simulated second, the median of
-repeats with the smallest and largest as bars; building the scene, compiling and a first warm run are not in them. Errors are
-against closed forms or independent integrations (`avalanche_gym/physics/scenes`). Chaotic scenes are judged by invariants and
-statistics and have no order.
+Written by `python -m benchmarks.report`; edit the program, not this page. Every figure is from `data.csv` beside it,
+whose last column is the command that measures that row again. Costs are CPU seconds of one core for each simulated
+second, the median of repeats with the smallest and largest as bars; building the scene, compiling and a first warm
+run are not in them. Errors are against closed forms or independent integrations (`avalanche_gym/physics/scenes`).
+Chaotic scenes are judged by invariants and statistics and have no order.
 
 {machine}
 {settings}
@@ -254,8 +254,9 @@ Our default step against the most exact point of any peer that costs no more. Th
 {stand}
 ## Verdicts on the hard cases
 
-At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine has no such shape or
-feature; inputs that must be refused are put to our engine only, whose scenes are the description that all share.
+At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine has no such
+shape or feature; inputs that must be refused are put to our engine only, whose scenes are the description that all
+share.
 
 {verdicts}
 ## Cost to stay within an error
@@ -265,8 +266,8 @@ CPU seconds per simulated second of the cheapest step from which on every finer 
 {thresholds}
 ![Performance profile](plots/profile.png)
 
-Share of the {count} problems above (a scene and an error to stay within) that an engine solves within a multiple of the cheapest
-engine's cost (Dolan and Moré 2002).
+Share of the {count} problems above (a scene and an error to stay within) that an engine solves within a multiple of
+the cheapest engine's cost (Dolan and Moré 2002).
 
 ## Orders of convergence
 
@@ -275,8 +276,8 @@ Slope of log error over log step; "exact" where round-off is all there is at eve
 {orders}
 ## Where our error comes from
 
-At the default step; "solver" is what a tolerance of {tight} takes away, "time stepping" what a step of 1/{finest} s then takes
-away, "geometry" (samples, facets) and the limits of the reference are what stays.
+At the default step; "solver" is what a tolerance of {tight} takes away, "time stepping" what a step of 1/{finest} s
+then takes away, "geometry" (samples, facets) and the limits of the reference are what stays.
 
 {split}
 Error, and CPU µs a step, by the tolerance of the contact solver:
@@ -294,7 +295,7 @@ The same scene with and without one feature, timed in turns.
 {failures}
 ## Curves
 
-Rings mark the step that an engine takes by default, the dotted line the error at which the case counts as survived, the broad
-grey line the Pareto front. Errors of zero are drawn at 1e-17, motions that went to pieces at 1000.
+Rings mark the step that an engine takes by default, the dotted line the error at which the case counts as survived,
+the broad grey line the Pareto front. Errors of zero are drawn at 1e-17, motions that went to pieces at 1000.
 
 {curves}"""
