@@ -67,6 +67,6 @@ def error_split(error: float, tight: float, finest: float) -> dict[str, float]:
     Args:
         error: at the default step and tolerance.
         tight: at the default step, the solver's tolerance out of the way.
-        finest: at the finest step, the tolerance out of the way too: what neither explains is geometry.
+        finest: at the finest step, the tolerance out of the way too: what neither takes away remains.
     """
-    return {"solver": abs(error - tight), "time stepping": abs(tight - finest), "geometry": finest}
+    return {"solver": abs(error - tight), "time stepping": abs(tight - finest), "remains": finest}

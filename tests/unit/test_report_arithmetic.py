@@ -46,7 +46,7 @@ def test_parts_of_an_error():
     parts = error_split(1.0e-3, 0.9e-3, 0.1e-3)
     assert parts["solver"] == pytest.approx(1e-4)
     assert parts["time stepping"] == pytest.approx(8e-4)
-    assert parts["geometry"] == pytest.approx(1e-4)
+    assert parts["remains"] == pytest.approx(1e-4)
 
 
 def test_rows_survive_the_file_and_later_ones_replace_earlier(tmp_path):

@@ -211,7 +211,7 @@ def swing_motion(ratio: float, end: float) -> float:
         sign = -math.copysign(1.0, math.sin(SWING_RATE * (release + 1e-9 * half)))
         place, speed = offset + plate(release), plate_speed(release)
 
-        def slip(t: float, release=release, speed=speed, sign=sign) -> float:
+        def slip(t: float, release: float = release, speed: float = speed, sign: float = sign) -> float:
             return sign * (plate_speed(t) - (speed + sign * most * (t - release)))
 
         low = release + 1e-3 * half

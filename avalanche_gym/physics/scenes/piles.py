@@ -127,7 +127,7 @@ def pile(count: int) -> Scene:
         scale = size * generator.uniform(0.7, 1.0)
         shape = (
             Sphere(scale),
-            Box(scale * generator.uniform(0.5, 1.0, 3)),
+            Box((scale * generator.uniform(0.5, 1.0, 3)).tolist()),
             Capsule(0.6 * scale, 0.6 * scale),
         )[number % 3]
         axis = generator.normal(size=4)

@@ -10,10 +10,11 @@ from .case import GRAVITY
 
 PUSH_STEP, PUSH_STEPS = 0.005, 4  # [s] and steps between two pushes
 PUSHED, PUSH = 2, 0.6  # handle of the box, largest impulse [N s]
+REST, REST_TURN = (-0.017627, 0.000488, 0.101062), (0.997874, -0.000632, -0.064811, 0.006775)  # of the box, settled
 
 
 def push_scene() -> Scene:
-    """A box of 1 kg to be pushed and a ball of 0.5 kg in its way, on 33 x 33 samples of gentle hills."""
+    """A box of 1 kg at rest, to be pushed, and a ball of 0.5 kg in its way, on 33 x 33 samples of gentle hills."""
     line = np.linspace(-2.0, 2.0, 33)
     x, y = np.meshgrid(line, line)
     heights = 0.08 * np.sin(1.7 * x) * np.cos(1.3 * y) + 0.05 * (x**2 + y**2)
@@ -21,8 +22,8 @@ def push_scene() -> Scene:
     scene.add_field(UniformGravity((0.0, 0.0, -GRAVITY)))
     material = Material(friction=0.6)
     scene.add_body(HeightField(heights, (4.0, 4.0)), motion="static", material=material)
-    scene.add_body(Sphere(0.12), mass=0.5, position=(0.5, 0.1, 0.3), material=material)
-    scene.add_body(Box((0.15, 0.15, 0.1)), mass=1.0, position=(0.0, 0.0, 0.2), material=material)
+    scene.add_body(Sphere(0.12), mass=0.5, position=(0.24602, 0.09939, 0.157088), material=material)
+    scene.add_body(Box((0.15, 0.15, 0.1)), mass=1.0, position=REST, orientation=REST_TURN, material=material)
     return scene
 
 

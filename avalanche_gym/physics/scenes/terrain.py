@@ -141,7 +141,9 @@ def measure_trough(recording: Recording) -> dict[str, float]:
 FLOOR_SPEED, FLOOR_FRICTION = (3.0, 0.7), 0.3
 
 
-def cut_floor(generator: np.random.Generator, low: tuple[float, float], high: tuple[float, float], count: int):
+def cut_floor(
+    generator: np.random.Generator, low: tuple[float, float], high: tuple[float, float], count: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (n, 3) and faces (m, 3) of a flat rectangle cut at random points; its border has points of its own."""
     from scipy.spatial import Delaunay
 

@@ -105,8 +105,8 @@ def crossed_beams() -> Scene:
 def measure_crossed_beams(recording: Recording) -> dict[str, float]:
     truth = np.array([0.0, 0.0, 2 * BEAM[2]])
     return {
-        "position": np.linalg.norm(recording.position[-1, 1] - truth),
-        "speed": np.linalg.norm(recording.linear_velocity[-1, 1]),
+        "position": float(np.linalg.norm(recording.position[-1, 1] - truth)),
+        "speed": float(np.linalg.norm(recording.linear_velocity[-1, 1])),
     }
 
 
