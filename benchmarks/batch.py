@@ -4,8 +4,8 @@
 
 One environment step is a push (an impulse on the box) and four steps of 5 ms of ``physics.scenes.push``; nothing is
 observed. MuJoCo runs its batches in ``mujoco.rollout`` on the calling thread, the push held as a force over the four
-steps; PyBullet and Rapier have no batches, so their worlds are stepped one after the other, and no more than 64 of them,
-since a world more costs as much as the last. Memory is what the process of a batch grows by.
+steps; PyBullet and Rapier have no batches, so their worlds are stepped one after the other, and no more than 64 of
+them, since a world more costs as much as the last. Memory is what the process of a batch grows by.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from avalanche_gym.physics.scenes.push import PUSH_STEP, PUSH_STEPS, PUSHED, pus
 WORLDS = (1, 16, 256, 1024, 4096, 16384)
 ONE_BY_ONE = 64  # worlds at most of engines without batches
 EPISODE = 200  # environment steps until the scene starts again
+WARM = 10  # environment steps before the timing: the first after a start have no contacts to go on from
 ANY_CASE = HARD_CASES["trough"]  # adapters look at the theme of a case only
 
 Stepper = Callable[[np.ndarray], None]  # one environment step; takes (worlds, 3) [N s]
@@ -110,15 +111,18 @@ def measure(engine: str, worlds: int, seconds: float) -> tuple[float, float, flo
     ENGINES[engine](1)[0](pushes[0, :1])  # imports and compiles
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     step, reset = ENGINES[engine](worlds)
-    step(pushes[0])
+    for number in range(WARM):
+        step(pushes[number])
     memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / worlds
-    rates = []
+    rates, age = [], WARM
     for _ in range(5):
-        reset()
         done, start = 0, time.process_time()
-        while time.process_time() - start < seconds / 5 and done < EPISODE:
-            step(pushes[done % 64])
-            done += 1
+        while done == 0 or time.process_time() - start < seconds / 5:
+            if age == EPISODE:
+                reset()
+                age = 0
+            step(pushes[age % 64])
+            done, age = done + 1, age + 1
         rates.append(done * worlds / (time.process_time() - start))
     return float(np.median(rates)), min(rates), max(rates), memory
 

@@ -17,7 +17,7 @@ FINEST = 1920
 
 # One or two scenes of each theme keep the quick report's curves; the others get their verdict only.
 QUICK_CURVES = (
-    "throw", "rotation_dzhanibekov", "bounce_e08", "bounce_e1", "slide", "stick", "slip", "slide_to_roll", "roll_down",
+    "throw", "rotation_dzhanibekov", "bounce_e08", "bounce_path", "bounce_e1", "slide", "stick", "slip", "slide_to_roll", "roll_down",
     "stack", "stack_heavy", "bowl_facets", "trough", "cradle", "crossed_beams", "euler_disk",
 )  # fmt: skip
 # Not in the quick report.
