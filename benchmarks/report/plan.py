@@ -17,8 +17,8 @@ FINEST = 1920
 
 # One or two scenes of each theme keep the quick report's curves; the others get their verdict only.
 QUICK_CURVES = (
-    "throw", "rotation_dzhanibekov", "bounce_e08", "bounce_path", "bounce_e1", "slide", "stick", "slip", "slide_to_roll",
-    "roll_down", "stack", "stack_heavy", "bowl_facets", "trough", "cradle", "crossed_beams", "euler_disk",
+    "throw", "rotation_dzhanibekov", "bounce_e08", "bounce_path", "bounce_e1", "slide", "stick", "slip",
+    "slide_to_roll", "roll_down", "stack", "stack_heavy", "bowl_facets", "trough", "cradle", "crossed_beams", "euler_disk",
 )  # fmt: skip
 # Not in the quick report.
 LONG = ("pile_100", "pile_1000", "balls_elastic", "balls_inelastic", "card_house", "orbit_e05", "orbit_e09")

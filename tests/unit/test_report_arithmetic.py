@@ -82,3 +82,37 @@ def test_a_rotated_attitude_is_that_far_away():
     for angle in (1e-12, 1e-3, 3.0):
         first, second = np.array(about((0, 0, 1), 0.3)), np.array(about((0, 0, 1), 0.3 + angle))
         assert angle_between(first, -second) == pytest.approx(angle, rel=1e-3)
+
+
+def test_the_gate_names_what_got_worse():
+    from benchmarks.gate import Measured, complaints
+
+    case = HARD_CASES["slide"]
+    before = Measured({"60": 3.6e-5, "120": 1e-5, "240": 3e-6}, 2.0, True, 100.0)
+    same = Measured({"60": 4e-5, "120": 1e-5, "240": 3e-6}, 1.9, True, 110.0)
+    assert complaints(case, same, before, True) == []
+    worse = Measured({"60": 3.6e-5, "120": 3e-5, "240": 3e-3}, 1.0, False, 120.0)
+    found = complaints(case, worse, before, True)
+    assert [text.split()[0] for text in found] == ["no", "error", "error", "order", "a"]
+    assert len(complaints(case, worse, before, False)) == 4
+    # Round-off may do what it likes.
+    tiny = Measured({"60": 1e-15, "120": 1e-15, "240": 1e-15}, math.nan, True, 100.0)
+    assert complaints(case, Measured({"60": 9e-13, "120": 1e-12, "240": 0.0}, math.nan, True, 90.0), tiny, True) == []
+
+
+def test_an_adapter_records_what_the_world_does():
+    """Ours goes the way of the peers: built, stepped, read and timed through the same interface."""
+    from avalanche_gym import physics
+    from avalanche_gym.physics.scenes.recording import record as directly
+    from benchmarks.peers import our_engine
+    from benchmarks.peers.recording import record, time_steps
+
+    case = HARD_CASES["swing_sticks"]
+    errors, report = record(case, our_engine(), 1 / 60)
+    recording, others, expected = directly(case, physics.Options(time_step=1 / 60))
+    assert errors == case.errors(recording, *others)
+    assert report["residual"] == expected.residual[0]
+    cost = time_steps(case, our_engine(1e-6), 1 / 60, 1e-4, 2)
+    median, low, high = cost.per_step()
+    assert cost.steps <= round(case.duration * 60) and len(cost.seconds) == 2
+    assert low <= median <= high
