@@ -29,6 +29,9 @@ from avalanche_gym.physics.scenes.case import rotation_matrices
 
 from .engine import Engine, Simulation, State, Unsupported, attractors, gravity
 
+# Its warnings of states that are not finite would fill the screen, and a file; the errors tell as much.
+mujoco.set_mju_user_warning(lambda text: None)
+
 HEAVY = 1e6  # [kg] of a body that the user moves
 SOFTEST = 1e-8  # stiffness beside the damper of restitution [1/s^2]; zero means another format
 

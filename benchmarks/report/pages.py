@@ -226,7 +226,9 @@ def verdict(case: HardCase, row: Row | None) -> str:
     if row is None:
         return "not run"
     if row.status == OK:
-        word = "pass" if row.error <= case.passes_at and case.refusal != "required" else "**fail**"
+        if case.refusal == "required":
+            return "**fail** (accepted)"
+        word = "pass" if row.error <= case.passes_at else "**fail**"
         return f"{word} ({number(row.error)})"
     if row.status == REFUSED:
         return "pass (refused)"
@@ -255,8 +257,8 @@ Our default step against the most exact point of any peer that costs no more. Th
 ## Verdicts on the hard cases
 
 At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine has no such
-shape or feature; inputs that must be refused are put to our engine only, whose scenes are the description that all
-share.
+shape or feature. Input that must be refused is put to the peers past the checks of our scene description; an engine that
+takes it fails.
 
 {verdicts}
 ## Cost to stay within an error

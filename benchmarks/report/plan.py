@@ -18,7 +18,8 @@ FINEST = 1920
 # One or two scenes of each theme keep the quick report's curves; the others get their verdict only.
 QUICK_CURVES = (
     "throw", "rotation_dzhanibekov", "bounce_e08", "bounce_path", "bounce_e1", "slide", "stick", "slip",
-    "slide_to_roll", "roll_down", "stack", "stack_heavy", "bowl_facets", "trough", "cradle", "crossed_beams", "euler_disk",
+    "slide_to_roll", "roll_down", "stack", "stack_heavy", "bowl_facets", "trough", "cradle", "crossed_beams",
+    "euler_disk",
 )  # fmt: skip
 # Not in the quick report.
 LONG = ("pile_100", "pile_1000", "balls_elastic", "balls_inelastic", "card_house", "orbit_e05", "orbit_e09")
@@ -58,9 +59,7 @@ def points(engines: list[Engine], quick: bool, names: list[str]) -> list[Point]:
             continue
         curve = not quick or case.name in QUICK_CURVES or bool(names)
         rates = (FULL_RATES if case.order and not quick else COARSE_RATES) if curve else (VERDICT_RATE,)
-        for number, engine in enumerate(engines):
-            if case.refusal == "required" and number > 0:
-                continue  # the neutral description refuses such a body before a peer could see it
+        for engine in engines:
             if engine.suits(case):
                 own = (VERDICT_RATE,) if case.refusal == "required" else rates
                 planned += [Point(case.name, engine.name, rate) for rate in own]
