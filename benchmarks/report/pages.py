@@ -168,6 +168,18 @@ class Report:
         ]
         return table(head, lines)
 
+    def statistics(self) -> str:
+        """Everything that chaotic cases measure, at the verdict's step."""
+        lines = []
+        for case in self.cases():
+            if case.chaotic:
+                for name in self.names:
+                    row = self.at(case.name, name, VERDICT_RATE)
+                    if row and row.errors:
+                        values = ", ".join(f"{key} {number(value)}" for key, value in row.errors.items())
+                        lines.append([case.title, name, number(row.cost), values])
+        return table(["case", "engine", "CPU s per s", "measured"], lines)
+
     def failures(self) -> str:
         seen: dict[tuple[str, str, str], list[str]] = defaultdict(list)
         for row in self.rows:
@@ -213,8 +225,8 @@ class Report:
         )
         text = PAGE.format(
             machine=table(["", ""], [[key, value] for key, value in heading.items()]),
-            settings=settings, stand=self.stand(), verdicts=self.verdicts(), thresholds=self.thresholds(),
-            orders=self.orders(), split=self.split(), tolerances=self.tolerances(), features=self.feature_table(),
+            settings=settings, stand=self.stand(), verdicts=self.verdicts(), statistics=self.statistics(),
+            thresholds=self.thresholds(), orders=self.orders(), split=self.split(), tolerances=self.tolerances(), features=self.feature_table(),
             failures=self.failures(), curves="\n".join(sections), rate=VERDICT_RATE, count=len(problems),
             finest=FINEST, tight=f"{TIGHT:g}",
         )  # fmt: skip
@@ -257,10 +269,16 @@ Our default step against the most exact point of any peer that costs no more. Th
 ## Verdicts on the hard cases
 
 At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine has no such
-shape or feature. Input that must be refused is put to the peers past the checks of our scene description; an engine that
-takes it fails.
+shape or feature. Input that must be refused is put to the peers past the checks of our scene description; an engine
+that takes it fails.
 
 {verdicts}
+## Chaotic scenes
+
+Invariants and statistics at 1/{rate} s. Overlaps of bodies [m] are measured for every engine by MuJoCo's
+collision tests.
+
+{statistics}
 ## Cost to stay within an error
 
 CPU seconds per simulated second of the cheapest step from which on every finer one stays within the error, too.
