@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Iterator
 from functools import partial
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -269,4 +270,4 @@ def engines() -> list[Engine]:
     text = f"{ITERATIONS} iterations, residual threshold 0, contact slop 0, restitution threshold 0, no damping, "
     text += f"internal edges, maximal coordinates for {', '.join(MAXIMAL)}, continuous collision for bullets, "
     text += "native substeps"
-    return [Engine("PyBullet", str(bullet.getAPIVersion()), text, 240, partial(PyBullet))]
+    return [Engine("PyBullet", version("pybullet"), text, 240, partial(PyBullet))]

@@ -15,6 +15,7 @@ from . import plots
 from .analysis import ROUND_OFF, cost_to_reach, error_split, fitted_order, performance_profile
 from .features import FeatureCost
 from .plan import FINEST, TIGHT, VERDICT_RATE, wants_split
+from .remarks import REMARKS
 from .table import FAILED, OK, REFUSED, TOO_LONG, UNSUPPORTED, Row
 
 THRESHOLDS = (1e-2, 1e-4, 1e-6, 1e-8)
@@ -157,7 +158,9 @@ class Report:
             )
             goal = case.goal.get(default.rate)
             met = "-" if goal is None else "met" if default.error <= goal else f"missed ({number(goal)})"
-            lines.append([case.title, number(default.error), number(default.cost), text, verdict_, met])
+            missed = verdict_ != "yes" or met.startswith("missed")
+            remark = REMARKS.get(case.name, "") if missed else ""
+            lines.append([case.title, number(default.error), number(default.cost), text, verdict_, met, remark])
         head = [
             "case",
             "ours, default",
@@ -165,6 +168,7 @@ class Report:
             "best peer at no more cost",
             "ten times better",
             "goal at the default",
+            "why, and what it takes",
         ]
         return table(head, lines)
 
@@ -225,11 +229,22 @@ class Report:
         )
         text = PAGE.format(
             machine=table(["", ""], [[key, value] for key, value in heading.items()]),
-            settings=settings, stand=self.stand(), verdicts=self.verdicts(), statistics=self.statistics(),
-            thresholds=self.thresholds(), orders=self.orders(), split=self.split(), tolerances=self.tolerances(), features=self.feature_table(),
-            failures=self.failures(), curves="\n".join(sections), rate=VERDICT_RATE, count=len(problems),
-            finest=FINEST, tight=f"{TIGHT:g}",
-        )  # fmt: skip
+            settings=settings,
+            stand=self.stand(),
+            verdicts=self.verdicts(),
+            statistics=self.statistics(),
+            thresholds=self.thresholds(),
+            orders=self.orders(),
+            split=self.split(),
+            tolerances=self.tolerances(),
+            features=self.feature_table(),
+            failures=self.failures(),
+            curves="\n".join(sections),
+            rate=VERDICT_RATE,
+            count=len(problems),
+            finest=FINEST,
+            tight=f"{TIGHT:g}",
+        )
         (folder / "index.md").write_text(text)
 
 
