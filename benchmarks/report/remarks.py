@@ -15,7 +15,7 @@ REMARKS = {
     "orbit_touchdown": FIRST_ORDER_IMPACT,
     "zeno": FIRST_ORDER_IMPACT,
     "cradle": CRADLE,
-    "roll_down": "the first step, whose contacts are new, takes the end-point rule; needs contacts that exist from the start",
+    "roll_down": "the first step, whose contacts are new, takes the end-point rule; needs contacts known at the start",
     "swing_slips": "the instants of sticking are not found; needs events of friction",
     "bowl_facets": FACETS,
     "bowl_smooth": "the smooth surface is not built",
