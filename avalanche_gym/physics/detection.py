@@ -22,21 +22,17 @@ from .narrow_phase.pair_query import query_at
 
 @stage
 def fly_bodies(address, workspace_address, world):
-    """Fly every body to the end of the step into ``flown``; ``moving`` gets the velocities there, with the centres and
-    axes of the start, about which the contact problem is written.
-    """
+    """Fly every body to the end of the step into ``flown``, and into ``ends``, where contacts may change it."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     fields = fields_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
-    moving = table(workspace.moving, header.num_bodies, BODY_STATE)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     for index in range(header.num_bodies):
         fly(states[index], bodies[index], fields, header.time_step, flown[index])
-        moving[index] = states[index]
-        vec3.store(moving[index].velocity, vec3.load(flown[index].velocity))
-        vec3.store(moving[index].angular_velocity, vec3.load(flown[index].angular_velocity))
+        ends[index] = flown[index]
     return 0
 
 
@@ -44,16 +40,15 @@ def fly_bodies(address, workspace_address, world):
 def first_non_finite(header, workspace, world):
     """The first body whose state at the end of the step is not finite, or -1."""
     bodies = bodies_of(header, world)
-    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
-    moving = table(workspace.moving, header.num_bodies, BODY_STATE)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     for index in range(header.num_bodies):
         if bodies[index].motion != REMOVED:
             # One sum is enough: it is finite only if every term is, up to overflow, which is no state to go on from.
-            velocity = vec3.load(moving[index].velocity)
-            spin = vec3.load(moving[index].angular_velocity)
+            velocity = vec3.load(ends[index].velocity)
+            spin = vec3.load(ends[index].angular_velocity)
             total = vec3.norm_squared(velocity) + vec3.norm_squared(spin)
             for axis in range(3):
-                total += abs(flown[index].center[axis]) + abs(flown[index].orientation[axis + 1])
+                total += abs(ends[index].center[axis]) + abs(ends[index].orientation[axis + 1])
             if not math.isfinite(total):
                 return index
     return -1

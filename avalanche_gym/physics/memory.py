@@ -90,14 +90,17 @@ HEADER = np.dtype(
 
 WORKSPACE_TABLES = {
     "flown": BODY_STATE,  # (bodies,) at the end of the step if nothing touched
-    "moving": BODY_STATE,  # (bodies,) what the solver turns from free into true velocities
+    "predicted": BODY_STATE,  # (bodies,) at the end of the step under the impulses of the last one
+    "working": BODY_STATE,  # (bodies,) places and velocities the contact problem is written about
+    "ends": BODY_STATE,  # (bodies,) at the end of the step
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
     "contacts": CONTACT,  # (contact capacity,)
-    "corrections": np.dtype(np.float64),  # (bodies * 6,) [m], [rad] displacement beyond the flight
+    "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
     "island": np.dtype(np.int64),  # (bodies,) of each body, -1 for none
     "island_starts": np.dtype(np.int64),  # (bodies + 1,) first contact of each island in ``order``
-    "island_bodies": np.dtype(np.int64),  # (bodies,)
+    "island_bodies": np.dtype(np.int64),  # (bodies,) dynamic bodies sorted by island
+    "body_starts": np.dtype(np.int64),  # (bodies + 1,) first body of each island in ``island_bodies``
     "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
     "clipping": np.dtype(np.float64),  # (256 * 8,) for one pair of shapes
     "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY

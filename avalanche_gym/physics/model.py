@@ -25,6 +25,9 @@ SHAPE_NAMES = ("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "H
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 
+# What the normal of a contact turns with: a flat side of body a or b, or the line between two rounded points.
+ON_A, ON_B, BETWEEN = 0, 1, 2
+
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
@@ -190,7 +193,14 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("position", np.float64, 3),  # [m] midway between the two surfaces, world frame
         ("normal", np.float64, 3),  # unit, from a to b, world frame
         ("gap", np.float64),  # [m] positive apart: at the start of the step where it was found, at the end in the list
-        ("start_gap", np.float64),  # [m] at the start of the step
+        ("start_position", np.float64, 3),  # the same three at the start of the step
+        ("start_normal", np.float64, 3),
+        ("start_gap", np.float64),
+        ("end_position", np.float64, 3),  # and at the end that was predicted
+        ("end_normal", np.float64, 3),
+        ("end_gap", np.float64),
+        ("frame", np.int64),  # ON_A, ON_B or BETWEEN: what the normal turns with
+        ("size", np.float64),  # [m] of the smaller body: the scale of its tolerances
         ("impulse", np.float64, 3),  # [N s] on b, world frame
         ("radius_a", np.float64),  # [m] of the rounding of a at the contact: that of a sphere or capsule, else 0
         ("radius_b", np.float64),
@@ -199,13 +209,20 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("rolling_friction", np.float64),  # [m]
         ("torsional_friction", np.float64),  # [m]
         ("bias", np.float64),  # [m/s] the solver asks for: normal velocity + bias >= 0
-        ("free", np.float64),  # [m/s] normal velocity at the end of the step without impulses
+        ("turning", np.float64, 3),  # [m/s] what the turning of the contact within the step adds to its velocity
+        ("creep", np.float64, 3),  # [m] of b against a along the surface since the contact sticks: error of the step
+        ("sticks", np.int64),  # 1: it bears load without slipping
+        ("stuck", np.int64),  # 1: it did in the last step
+        ("approach", np.float64),  # [m/s] normal velocity at the start of the step
+        ("free", np.float64),  # [m/s] the same at the end of the step without impulses
+        ("free_gap", np.float64),  # [m] at the end of the step without impulses
         (
             "surface_velocity",
             np.float64,
             3,
         ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
-        ("persistent", np.int64),  # 1: bore load in the last step and still touches
+        ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by
+        ("persistent", np.int64),  # 1: it touches and does not approach
         ("island", np.int64),
     ],
     align=True,

@@ -109,7 +109,7 @@ def test_a_package_that_cannot_be_written_uses_the_users_cache(package, tmp_path
 
 
 # Files with what Python calls, and with what compiled code calls by address. Each has a stamp of its own.
-ROOTS = ("pipeline.py", "detection.py", "response.py", "narrow_phase/pairs.py", "frames.py", "diagnostics.py")
+ROOTS = ("pipeline.py", "detection.py", "response/stage.py", "narrow_phase/pairs.py", "frames.py", "diagnostics.py")
 
 
 def kernel_files():
@@ -149,7 +149,7 @@ def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkey
     assert all(root in changed[root] for root in ROOTS)
     for name in ("model.py", "memory.py", "maths/vec3.py"):
         assert changed[name] == set(ROOTS)
-    assert "response.py" in changed["solver/newton.py"] and "narrow_phase/pairs.py" in changed["narrow_phase/box.py"]
+    assert "response/stage.py" in changed["solver/newton.py"] and "narrow_phase/pairs.py" in changed["narrow_phase/box.py"]
     # Code behind an address is not part of its caller.
     assert "pipeline.py" not in changed["solver/newton.py"]
 

@@ -18,12 +18,13 @@ def _root(parent, body):
 
 
 @kernel
-def find_islands(bodies, contacts, num_contacts, parent, starts, order):
-    """Number the islands and sort the contacts by island.
+def find_islands(bodies, contacts, num_contacts, parent, starts, order, body_starts, body_order):
+    """Number the islands; sort the contacts and the bodies by island.
 
     Fills ``contacts.island``, ``order`` (contacts, island by island) and ``starts`` (first entry of each island in
-    ``order``, and one past the last); ``parent`` (bodies,) is overwritten by the number of each body's island, or -1.
-    Islands are numbered by their first contact: the order does not depend on how the search went. Returns their number.
+    ``order``, and one past the last), ``body_order`` and ``body_starts`` likewise with the dynamic bodies;
+    ``parent`` (bodies,) is overwritten by the number of each body's island, or -1. Islands are numbered by their first
+    contact: the order does not depend on how the search went. Returns their number.
     """
     num_bodies = bodies.shape[0]
     for body in range(num_bodies):
@@ -34,8 +35,6 @@ def find_islands(bodies, contacts, num_contacts, parent, starts, order):
             root_a = _root(parent, contact.body_a)
             root_b = _root(parent, contact.body_b)
             parent[max(root_a, root_b)] = min(root_a, root_b)
-    for index in range(num_contacts):
-        contacts[index].island = -1
     # starts[root] holds the number of a root's island while they are counted.
     for body in range(num_bodies):
         starts[body] = -1
@@ -52,18 +51,29 @@ def find_islands(bodies, contacts, num_contacts, parent, starts, order):
         parent[body] = _root(parent, body)
     for body in range(num_bodies):
         parent[body] = starts[parent[body]] if bodies[body].motion == DYNAMIC else -1
-    # Counting sort: stable, so contacts keep their order within an island.
+    # Counting sorts: stable, so contacts and bodies keep their order within an island.
     for island in range(count + 1):
         starts[island] = 0
+        body_starts[island] = 0
     for index in range(num_contacts):
         starts[contacts[index].island + 1] += 1
+    for body in range(num_bodies):
+        if parent[body] >= 0:
+            body_starts[parent[body] + 1] += 1
     for island in range(count):
         starts[island + 1] += starts[island]
+        body_starts[island + 1] += body_starts[island]
     for index in range(num_contacts):
         island = contacts[index].island
         order[starts[island]] = index
         starts[island] += 1
+    for body in range(num_bodies):
+        if parent[body] >= 0:
+            body_order[body_starts[parent[body]]] = body
+            body_starts[parent[body]] += 1
     for island in range(count, 0, -1):
         starts[island] = starts[island - 1]
+        body_starts[island] = body_starts[island - 1]
     starts[0] = 0
+    body_starts[0] = 0
     return count

@@ -10,9 +10,6 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import vec3
 
-# A contact that bore load and is now closer than this fraction of the smaller body still touches. Larger: a body that
-# has left the ground by less is not seen to fall on it again as an impact.
-TOUCH = 1e-4
 # Contacts of the same pair within this fraction of the smaller body, normals within a third of a right angle, are taken
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.
 REACH = 0.25
@@ -20,32 +17,33 @@ ALIKE = 0.86
 
 
 @kernel
-def _matches(old, new, place, size):
+def _matches(old, new, place):
     if old.body_a != new.body_a or old.body_b != new.body_b or old.island < 0:
         return False
     if not place:
         return old.pair == new.pair and old.feature == new.feature
     apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
-    return apart <= REACH * size and vec3.dot(vec3.load(old.normal), vec3.load(new.normal)) >= ALIKE
+    return apart <= REACH * new.size and vec3.dot(vec3.load(old.normal), vec3.load(new.normal)) >= ALIKE
 
 
 @kernel
-def _inherit(old, new, size):
+def _inherit(old, new):
     """Hand the impulse over, and mark the old contact as claimed."""
     impulse = vec3.load(old.impulse)
     vec3.store(new.impulse, impulse)
-    loaded = vec3.dot(impulse, vec3.load(new.normal)) > 0.0
-    new.persistent = 1 if loaded and new.gap <= TOUCH * size else 0
+    vec3.store(new.creep, vec3.load(old.creep))
+    new.stuck = old.sticks
+    new.persistent = 1 if vec3.dot(impulse, vec3.load(new.normal)) > 0.0 else 0
     new.island = 1
     old.island = -1
 
 
 @kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts, sizes):
+def match_contacts(old_contacts, num_old, contacts, num_contacts):
     """Give each contact the impulse of the same contact in the last step, or zero.
 
-    ``sizes`` is the table of bodies (its field ``size``). Both lists are sorted by pair of bodies, so the search starts
-    where the last one ended and is linear in practice. On return ``contacts.persistent`` says which still touch.
+    Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
+    return ``contacts.persistent`` says which bore load.
     """
     for index in range(num_old):
         old_contacts[index].island = 0
@@ -53,6 +51,8 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, sizes):
         contacts[index].island = 0
         contacts[index].persistent = 0
         vec3.store(contacts[index].impulse, vec3.ZERO)
+        vec3.store(contacts[index].creep, vec3.ZERO)
+        contacts[index].stuck = 0
     if num_old == 0:
         return
     for place in range(2):
@@ -61,12 +61,11 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, sizes):
             new = contacts[index]
             if new.island == 1:
                 continue
-            size = min(sizes[new.body_a].size, sizes[new.body_b].size)
             for step in range(num_old):
                 candidate = start + step
                 if candidate >= num_old:
                     candidate -= num_old
-                if _matches(old_contacts[candidate], new, place == 1, size):
-                    _inherit(old_contacts[candidate], new, size)
+                if _matches(old_contacts[candidate], new, place == 1):
+                    _inherit(old_contacts[candidate], new)
                     start = candidate
                     break

@@ -9,9 +9,12 @@ import numpy as np
 from ..jit import call_stage, kernel
 from ..maths import mat3, quat, vec3
 from ..memory import colliders_of, table
-from ..model import CAPSULE, HEIGHT_FIELD, NUM_SHAPES, SPHERE
+from ..model import BETWEEN, BOX, CAPSULE, HEIGHT_FIELD, NUM_SHAPES, ON_A, ON_B, SPHERE
 from .moving_heights import height_velocity
 from .pair_query import contact_list, query_at, store_rotation
+
+# A normal along a face of a box to this cosine is that of the face.
+FACE_COSINE = 1.0 - 1e-12
 
 
 @kernel
@@ -26,6 +29,20 @@ def place(collider, state):
 def _rounding(collider):
     """Radius [m] by which a shape is thicker than its core: spheres and capsules are rounded points and segments."""
     return collider.size[0] if collider.shape == SPHERE or collider.shape == CAPSULE else 0.0
+
+
+@kernel
+def _frame(first, state_a, second, state_b, normal):
+    """What the normal of a contact between two colliders turns with: the flatter one, and of two boxes the one with the
+    face.
+    """
+    if second.shape == SPHERE and first.shape == SPHERE:
+        return BETWEEN
+    if first.shape == BOX and second.shape == BOX:
+        _, rotation = place(first, state_a)
+        local = mat3.apply_transposed(rotation, normal)
+        return ON_A if max(abs(local[0]), abs(local[1]), abs(local[2])) >= FACE_COSINE else ON_B
+    return ON_A if first.shape > second.shape else ON_B
 
 
 @kernel
@@ -97,4 +114,5 @@ def collide_bodies(header, query_address, bodies, states, a, b, count):
                     vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
                 if swapped:
                     vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))
+                contact.frame = _frame(colliders[i], states[a], colliders[j], states[b], vec3.load(contact.normal))
     return count

@@ -47,6 +47,9 @@ from .residual import evaluate, free_violation
 # How an island was solved; the larger, the farther down the chain.
 NEEDS_MEMORY, CERTIFICATE, SINGLE, NEWTON, INTERIOR_POINT, SWEEPS = -1, 0, 1, 2, 3, 4
 
+# Share of the tolerance below which the impulses of the last step are good for this one. At the whole of it a scene at
+# rest would hand an error of that size to and fro, and solve every other step.
+CERTIFIED = 0.1
 # Newton from the warm start: the weight makes the first step the solution if no contact changes its status.
 WARM_DELTA, WARM_BUDGET = 1e-6, 8
 # Interior point: residual at which Newton takes over, in the first round and in the second, and most factorisations of
@@ -56,6 +59,8 @@ FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
 GOOD = 1e-10
 # Newton from where the interior point ended.
 POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
+# An impulse below this share of the largest of its island is a trace of round-off, not a load.
+TRACE = 1e-15
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
 # Sweeps for such islands, and how many lie between two looks at the residual.
@@ -63,10 +68,21 @@ MOST_SWEEPS, SWEEPS_PER_LOOK = 200, 10
 
 
 @kernel
+def keep_impulses(contacts, order, first, last, rows):
+    """Impulses to the contacts order[first:last]. Newton's steps leave traces on open contacts: they become zero."""
+    largest = 0.0
+    for i in range(last - first):
+        largest = max(largest, vec3.norm_squared(vec3.load(rows[i].impulse)))
+    for i in range(last - first):
+        impulse = vec3.load(rows[i].impulse)
+        kept = vec3.norm_squared(impulse) > TRACE * TRACE * largest
+        vec3.store(contacts[order[first + i]].impulse, impulse if kept else vec3.ZERO)
+
+
+@kernel
 def write_solution(contacts, order, num_contacts, states, island_bodies, num_bodies, rows, nodes):
     """Impulses to the contacts, changes of velocity to the bodies."""
-    for i in range(num_contacts):
-        vec3.store(contacts[order[i]].impulse, vec3.load(rows[i].impulse))
+    keep_impulses(contacts, order, 0, num_contacts, rows)
     for i in range(num_bodies):
         state = states[island_bodies[i]]
         vec3.store(state.velocity, vec3.add(vec3.load(state.velocity), vec3.load(nodes[i].linear)))
@@ -87,7 +103,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
         for i in range(num_contacts):
             vec3.store(rows[i].impulse, vec3.ZERO)
     best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-    if best <= max(tolerance, noise):
+    if best <= max(CERTIFIED * tolerance, noise):
         return best, 0, CERTIFICATE
     keep_best(rows, num_contacts)
     spent = 0
@@ -114,6 +130,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                     break
     else:
         method = NEWTON
+        present = best
         delta = WARM_DELTA
         budget = WARM_BUDGET
         goal = FIRST_GOAL
@@ -129,12 +146,15 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 slots,
                 violation,
                 tolerance,
+                present,
                 best,
                 delta,
                 min(budget, max_iterations - spent),
             )
             spent += used
-            if solved or spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
+            if solved:
+                return best, spent, method
+            if spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
                 break
             best, used = interior_point(
                 rows,
@@ -151,6 +171,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 min(INTERIOR_BUDGET, max_iterations - spent),
             )
             spent += used
+            present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
             method = INTERIOR_POINT
             delta = POLISH_DELTA
             budget = POLISH_BUDGET

@@ -40,20 +40,33 @@ PATIENCE, SIGNIFICANT = 8, 0.9
 
 @kernel
 def newton(
-    rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation, tolerance, best, delta, budget
+    rows,
+    nodes,
+    blocks,
+    index,
+    num_contacts,
+    num_bodies,
+    num_handles,
+    slots,
+    violation,
+    tolerance,
+    present,
+    best,
+    delta,
+    budget,
 ):
-    """Iterate from the present impulses until solved, stalled, or ``budget`` factorisations are spent.
+    """Iterate from the present impulses, just evaluated, until solved, stalled, or ``budget`` factorisations are spent.
 
     Args:
         violation: res(r = 0), from ``free_violation``.
+        present: residual of the present impulses.
         best: smallest residual so far; its impulses are in ``rows.best``.
         delta: proximal weight to begin with.
 
     Returns:
-        best residual, factorisations spent, whether it is solved to ``tolerance`` or to round-off. The iterate is left
-        where it stopped; call ``restore_best``.
+        best residual, factorisations spent, whether it is solved to ``tolerance`` or to round-off. If it is, the last
+        iterate is the best; else it is left where it stopped, and ``restore_best`` leads back.
     """
-    present, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
     # The last accepted residuals, newest first; what is not yet filled does not count.
     h0, h1, h2, h3, h4 = present, 0.0, 0.0, 0.0, 0.0
     spent = 0
@@ -63,7 +76,7 @@ def newton(
     if present < best:
         best = present
         keep_best(rows, num_contacts)
-    solved = best <= max(tolerance, noise)
+    solved = best <= tolerance
     while spent < budget and not solved:
         if on_trial == 0:
             keep_accepted(rows, num_contacts)

@@ -93,7 +93,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         arm_b = vec3.sub(position, vec3.load(state_b.center))
         normal = vec3.load(contact.normal)
         free = vec3.sub(point_velocity(state_b, arm_b), point_velocity(state_a, arm_a))
-        free = vec3.add(free, vec3.load(contact.surface_velocity))
+        free = vec3.add(free, vec3.add(vec3.load(contact.surface_velocity), vec3.load(contact.turning)))
         scale = node_a.root * node_a.root + node_b.root * node_b.root
         scale += (rotational_response(node_a, arm_a) + rotational_response(node_b, arm_b)) / 3.0
         row.a = a

@@ -1,0 +1,70 @@
+"""Where a contact is, and how its normal has turned, after its bodies have moved a little.
+
+A contact is between features that move with their bodies. Which of them carries the normal is CONTACT.frame:
+
+    ON_A, ON_B   a flat side of that body; the other one touches it with a point of its core (a corner, the centre of a
+                 sphere), thickened by a radius. The side turns with its body, and the core moves with the other:
+                     n' = R n,    gap' = n' . (core' - side') - radius
+    BETWEEN      two rounded points (spheres): the normal lies along the line between them:
+                     n' = (core_b' - core_a') / |...|,    gap' = |core_b' - core_a'| - radius_a - radius_b
+
+Edges that cross and shapes that roll on their rims are taken as ON_A or ON_B too: right to first order in the motion.
+"""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..maths import quat, vec3
+from ..model import BETWEEN, ON_A
+from .prediction import gap_change, point_displacement
+
+
+@kernel
+def _carry(start, end, point):
+    """Where material at ``point`` in ``start`` is in ``end``."""
+    return vec3.add(point, point_displacement(start, end, point))
+
+
+@kernel
+def _turn(start, end, direction):
+    turn = quat.multiply(quat.load(end.orientation), quat.conjugate(quat.load(start.orientation)))
+    return quat.rotate(turn, direction)
+
+
+@kernel
+def turn_contact(contact, start_a, end_a, start_b, end_b, time_step):
+    """Fill the fields ``end_*`` for the bodies at ``end``, from ``start_*``, where they are at ``start``."""
+    normal = vec3.load(contact.start_normal)
+    position = vec3.load(contact.start_position)
+    half = 0.5 * contact.start_gap
+    radius_a = contact.radius_a
+    radius_b = contact.radius_b
+    drift = vec3.scale(time_step, vec3.load(contact.surface_velocity))
+    if contact.persistent == 0:
+        # What is still apart may pass by altogether: it is measured along the normal it started with.
+        gap = contact.start_gap + vec3.dot(normal, drift)
+        gap += gap_change(contact, position, normal, contact.start_gap, start_a, end_a, start_b, end_b)
+    elif contact.frame == BETWEEN:
+        core_a = _carry(start_a, end_a, vec3.add_scaled(position, -half - radius_a, normal))
+        core_b = vec3.add(_carry(start_b, end_b, vec3.add_scaled(position, half + radius_b, normal)), drift)
+        apart = vec3.sub(core_b, core_a)
+        distance = vec3.norm(apart)
+        if distance > 0.0 and vec3.dot(apart, normal) > 0.0:
+            normal = vec3.scale(1.0 / distance, apart)
+        gap = vec3.dot(normal, apart) - radius_a - radius_b
+        position = vec3.add_scaled(core_a, radius_a + 0.5 * gap, normal)
+    elif contact.frame == ON_A:
+        side = _carry(start_a, end_a, vec3.add_scaled(position, -half, normal))
+        core = vec3.add(_carry(start_b, end_b, vec3.add_scaled(position, half + radius_b, normal)), drift)
+        normal = _turn(start_a, end_a, normal)
+        gap = vec3.dot(normal, vec3.sub(core, side)) - radius_b
+        position = vec3.add_scaled(core, -radius_b - 0.5 * gap, normal)
+    else:
+        side = vec3.add(_carry(start_b, end_b, vec3.add_scaled(position, half, normal)), drift)
+        core = _carry(start_a, end_a, vec3.add_scaled(position, -half - radius_a, normal))
+        normal = _turn(start_b, end_b, normal)
+        gap = vec3.dot(normal, vec3.sub(side, core)) - radius_a
+        position = vec3.add_scaled(core, radius_a + 0.5 * gap, normal)
+    vec3.store(contact.end_position, position)
+    vec3.store(contact.end_normal, normal)
+    contact.end_gap = gap

@@ -1,0 +1,138 @@
+"""The struck step: a contact closes within it, and velocities jump.
+
+Where the jump lies in the step is not known, so impulses and velocities are those of its end and move the bodies all
+of it (Moreau 1999, sec. 3; order 1 in this one step):
+
+    M v' = M v_free + G^T r,       x' = x + h v',       law(r, G v' + bias),       bias = gap_end / h - n . u_free,
+
+gap_end being the gap that the free velocities would leave. What is open may close, no more; the gap and the velocity
+obey the same inequality, so one solve serves both. A body that falls on the ground ends the step on it, the next one
+without velocity into it.
+
+Restitution takes a second solve for the velocities alone, with n . u >= e v for each contact that struck, v its speed
+of approach at the instant of touch: v^2 = v_0^2 - 2 a gap, with v_0 at the start of the step and the acceleration a
+within it. At gap 0 that speed has the energy of the flight, so no bounce gains any.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..contacts.prediction import bears_load, gap_change
+from ..jit import kernel
+from ..maths import quat, vec3
+from ..model import DYNAMIC
+from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
+
+
+@kernel
+def _start(start, flown, time_step, predicted, working):
+    """Places of the start and velocities of the end to work with, and where those velocities lead."""
+    velocity = vec3.load(flown.velocity)
+    center = vec3.load(start.center)
+    vec3.store(working.center, center)
+    quat.store(working.orientation, quat.load(start.orientation))
+    vec3.store(working.velocity, velocity)
+    vec3.store(working.angular_velocity, vec3.load(flown.angular_velocity))
+    vec3.store(predicted.center, vec3.add_scaled(center, time_step, velocity))
+    quat.store(predicted.orientation, quat.load(flown.orientation))
+
+
+@kernel
+def prepare_impact(
+    bodies,
+    starts,
+    flown,
+    time_step,
+    contacts,
+    order,
+    first,
+    last,
+    island_bodies,
+    first_body,
+    last_body,
+    predicted,
+    working,
+):
+    """Write the contact problem of one island about the start of the step."""
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        _start(starts[handle], flown[handle], time_step, predicted[handle], working[handle])
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        a = contact.body_a
+        b = contact.body_b
+        if bodies[a].motion != DYNAMIC:
+            _start(starts[a], flown[a], time_step, predicted[a], working[a])
+        if bodies[b].motion != DYNAMIC:
+            _start(starts[b], flown[b], time_step, predicted[b], working[b])
+        position = vec3.load(contact.start_position)
+        normal = vec3.load(contact.start_normal)
+        gap = contact.start_gap
+        rise = time_step * vec3.dot(normal, vec3.load(contact.surface_velocity))
+        change = gap_change(contact, position, normal, gap, starts[a], predicted[a], starts[b], predicted[b])
+        # Overlap that is already there asks for no velocity; the position stage removes it.
+        contact.bias = max((max(gap, 0.0) + change + rise) / time_step - contact.free, 0.0)
+        contact.end_gap = gap + rise
+        vec3.store(contact.position, position)
+        vec3.store(contact.normal, normal)
+        vec3.store(contact.end_position, position)
+        vec3.store(contact.end_normal, normal)
+        vec3.store(contact.turning, vec3.ZERO)
+        vec3.store(contact.creep, vec3.ZERO)
+        contact.sticks = 0
+
+
+@kernel
+def end_impact(
+    bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body, ends
+):
+    """Bodies of one island at the end of the step, under the impulses that were solved for."""
+    sum_impulses(bodies, starts, contacts, order, first, last, island_bodies, first_body, last_body, sums)
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        body = bodies[handle]
+        start = starts[handle]
+        end = ends[handle]
+        change = turn_by(body, quat.load(start.orientation), moment_on(sums[handle]))
+        velocity = vec3.add_scaled(vec3.load(flown[handle].velocity), body.inverse_mass, impulse_on(sums[handle]))
+        vec3.store(end.center, vec3.add_scaled(vec3.load(start.center), time_step, velocity))
+        quat.store(end.orientation, turned(quat.load(flown[handle].orientation), vec3.scale(time_step, change)))
+        set_velocities(body, flown[handle], sums[handle], end)
+
+
+@kernel
+def strikes(contact):
+    """Whether a contact is new, was loaded by the first solve, and is faster than the fields made it in this step."""
+    return contact.persistent == 0 and bears_load(contact) and -contact.approach > abs(contact.free - contact.approach)
+
+
+@kernel
+def prepare_rebound(time_step, contacts, order, first, last):
+    """Ask of each contact that closed the velocity of its rebound; return whether any contact of the island bounces."""
+    bounces = False
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        bounces = bounces or (contact.restitution > 0.0 and strikes(contact))
+    if not bounces:
+        return False
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            contact.bias = 0.0
+        elif bears_load(contact):
+            contact.bias = 0.0
+            if strikes(contact):
+                gained = contact.free - contact.approach
+                square = contact.approach**2 - 2.0 * gained / time_step * max(contact.start_gap, 0.0)
+                contact.bias = -contact.restitution * math.sqrt(max(square, 0.0))
+    return True
+
+
+@kernel
+def end_rebound(bodies, starts, flown, contacts, order, first, last, sums, island_bodies, first_body, last_body, ends):
+    """Velocities of one island's bodies after the rebound."""
+    sum_impulses(bodies, starts, contacts, order, first, last, island_bodies, first_body, last_body, sums)
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        set_velocities(bodies[handle], flown[handle], sums[handle], ends[handle])

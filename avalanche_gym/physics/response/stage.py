@@ -1,0 +1,247 @@
+"""The stages of the step that follow the narrow phase: solve every island, move its bodies, and make the step real."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..contacts.islands import find_islands
+from ..contacts.matching import match_contacts
+from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
+from ..frames import publish_body
+from ..jit import call_stage, kernel, stage
+from ..maths import quat, vec3
+from ..memory import (
+    bodies_of,
+    contacts_of,
+    header_at,
+    height_rates_of,
+    heights_of,
+    report_of,
+    states_of,
+    table,
+    workspace_at,
+    world_entry,
+)
+from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
+from ..solver.exact import NEEDS_MEMORY, keep_impulses, solve_rows
+from ..solver.problem import prepare_nodes, prepare_rows
+from ..solver.workspace import NODE, ROW
+from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
+from .lasting import MOST_PREDICTIONS, add_creep, came_true, end_lasting, expect_steady, note_sticking, prepare_lasting
+from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
+
+
+@kernel
+def _solver_memory(workspace):
+    """The four arrays of solver/workspace.py."""
+    return (
+        table(workspace.solver_rows, workspace.solver_rows_size, ROW),
+        table(workspace.solver_nodes, workspace.solver_nodes_size, NODE),
+        table(workspace.solver_blocks, (workspace.solver_blocks_size // 36, 36), np.float64),
+        table(workspace.solver_index, workspace.solver_index_size, np.int64),
+    )
+
+
+@stage
+def solve_problem(address, workspace_address, num_contacts, num_bodies):
+    """Solve the contact problem that lies prepared in the workspace, to its ``tolerance``; return the method.
+
+    A stage, because it is large and serves velocities and positions.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    rows, nodes, blocks, index = _solver_memory(workspace)
+    residual, iterations, method = solve_rows(
+        num_contacts,
+        num_bodies,
+        header.num_bodies,
+        workspace.tolerance,
+        header.max_iterations,
+        rows,
+        nodes,
+        blocks,
+        index,
+    )
+    workspace.residual = residual
+    workspace.iterations = iterations
+    return method
+
+
+@stage
+def solve_contacts(address, workspace_address, world, count):
+    """From contacts to the states at the end of the step (``ends``).
+
+    Returns how many contacts remain, or -1 if the solver needs more memory.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    count = predict_contacts(bodies, states, flown, header.time_step, contacts, count)
+    match_contacts(contacts_of(header, world), world_entry(header.num_contacts, world)[0], contacts, count)
+    islands = find_islands(
+        bodies,
+        contacts,
+        count,
+        table(workspace.island, workspace.island_size, np.int64),
+        table(workspace.island_starts, workspace.island_starts_size, np.int64),
+        table(workspace.order, workspace.order_size, np.int64),
+        table(workspace.body_starts, workspace.body_starts_size, np.int64),
+        table(workspace.island_bodies, workspace.island_bodies_size, np.int64),
+    )
+    for island in range(islands):
+        if not _step_island(address, workspace_address, world, island):
+            return -1
+    return count
+
+
+@kernel
+def _step_island(address, workspace_address, world, island):
+    """Advance the bodies of one island to the end of the step; return False if the solver needs more memory."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    starts = states_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
+    working = table(workspace.working, header.num_bodies, BODY_STATE)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    sums = table(workspace.sums, (header.num_bodies, 6), np.float64)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    first_body, last_body = _range(workspace.body_starts, island)
+    time_step = header.time_step
+    report = report_of(header, world)
+
+    struck = sort_out(time_step, contacts, order, first, last)
+    expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
+    foreseen = False
+    predictions = 0
+    while not (struck or foreseen):
+        struck = not prepare_lasting(
+            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+            predicted, working, ends,
+        )  # fmt: skip
+        if struck:
+            break
+        if not _solve(address, workspace_address, world, island):
+            return False
+        struck = newly_loaded(contacts, order, first, last)
+        if struck:
+            break
+        end_lasting(
+            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+            working, ends,
+        )  # fmt: skip
+        predictions += 1
+        foreseen = predictions == MOST_PREDICTIONS or came_true(predicted, ends, contacts, order, first, last)
+    places = predicted
+    if not struck:
+        rows = table(workspace.solver_rows, workspace.solver_rows_size, ROW)
+        note_sticking(time_step, contacts, order, first, last, rows)
+    else:
+        places = starts
+        prepare_impact(
+            bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
+            working,
+        )  # fmt: skip
+        if not _solve(address, workspace_address, world, island):
+            return False
+        end_impact(
+            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body, ends
+        )
+        if header.restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
+            if not _solve(address, workspace_address, world, island):
+                return False
+            end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
+    worst = measure_end(places, ends, contacts, order, first, last)
+    if overlaps(contacts, order, first, last):
+        rows, nodes, _, index = _solver_memory(workspace)
+        prepare_projection(
+            bodies, ends, contacts, order, first, last, members, first_body, last_body, rows, nodes, index
+        )
+        workspace.tolerance = PROJECTION_TOLERANCE
+        own, num_bodies = last - first, last_body - first_body
+        if call_stage(header.solve_problem, address, workspace_address, own, num_bodies) == NEEDS_MEMORY:
+            return False
+        report.iterations += workspace.iterations
+        push_apart(bodies, nodes, members, first_body, last_body, ends)
+        worst = measure_end(places, ends, contacts, order, first, last)
+    if not struck:
+        add_creep(starts, ends, contacts, order, first, last)
+    report.penetration = max(report.penetration, worst)
+    return True
+
+
+@kernel
+def _range(address, number):
+    """The entries ``number`` and ``number + 1`` of a table of integers."""
+    pair = table(address + 8 * number, 2, np.int64)
+    return pair[0], pair[1]
+
+
+@kernel
+def _solve(address, workspace_address, world, island):
+    """Solve the velocities of one island about ``working``; return False if the solver needs more memory."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    rows, nodes, _, index = _solver_memory(workspace)
+    bodies = bodies_of(header, world)
+    working = table(workspace.working, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    first_body, last_body = _range(workspace.body_starts, island)
+    num_bodies = last_body - first_body
+    own = last - first
+    prepare_nodes(bodies, working, members[first_body:], num_bodies, nodes, index)
+    prepare_rows(contacts, order[first:], own, bodies, working, num_bodies, rows, nodes, index)
+    workspace.tolerance = header.tolerance
+    method = call_stage(header.solve_problem, address, workspace_address, own, num_bodies)
+    if method == NEEDS_MEMORY:
+        return False
+    keep_impulses(contacts, order, first, last, rows)
+    report = report_of(header, world)
+    report.residual = max(report.residual, workspace.residual)
+    report.iterations += workspace.iterations
+    report.method = max(report.method, method)
+    return True
+
+
+@stage
+def commit(address, workspace_address, world, count):
+    """Make the step real: states, public arrays, contacts to remember, moving ground."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    for index in range(header.num_bodies):
+        body = bodies[index]
+        if body.motion == DYNAMIC or body.motion == KINEMATIC:
+            state = states[index]
+            end = ends[index]
+            vec3.store(state.center, vec3.load(end.center))
+            quat.store(state.orientation, quat.load(end.orientation))
+            vec3.store(state.velocity, vec3.load(end.velocity))
+            vec3.store(state.angular_velocity, vec3.load(end.angular_velocity))
+            vec3.store(state.angular_momentum, vec3.load(end.angular_momentum))
+            publish_body(header, world, index, body, state)
+    memory = contacts_of(header, world)
+    for number in range(count):
+        memory[number] = contacts[number]
+    world_entry(header.num_contacts, world)[0] = count
+    if header.moving_heights == 1:
+        heights = heights_of(header, world)
+        rates = height_rates_of(header, world)
+        for sample in range(heights.shape[0]):
+            heights[sample] += header.time_step * rates[sample]
+    report = report_of(header, world)
+    report.contacts = max(report.contacts, count)
+    return 0
