@@ -149,7 +149,9 @@ def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkey
     assert all(root in changed[root] for root in ROOTS)
     for name in ("model.py", "memory.py", "maths/vec3.py"):
         assert changed[name] == set(ROOTS)
-    assert "response/stage.py" in changed["solver/newton.py"] and "narrow_phase/pairs.py" in changed["narrow_phase/box.py"]
+    assert (
+        "response/stage.py" in changed["solver/newton.py"] and "narrow_phase/pairs.py" in changed["narrow_phase/box.py"]
+    )
     # Code behind an address is not part of its caller.
     assert "pipeline.py" not in changed["solver/newton.py"]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..scene import Material, Scene, UniformGravity
-from ..shapes import Box, Plane, Shape, Sphere, TriangleMesh
+from ..shapes import Box, Compound, Plane, Shape, Sphere, TriangleMesh
 from .case import GRAVITY, Actuated, Companion, HardCase, Recording, angle_between
 from .terrain import cut_floor
 
@@ -17,14 +17,20 @@ FAR_SPEED, FAR_SPIN = (2.0, 0.5, 0.0), (0.0, 0.0, 3.0)
 
 
 def far_away(offset: float) -> Scene:
-    """A box that slides and spins on a slab, ``offset`` [m] along x, y and z from the origin."""
+    """Three balls in a frame that slide and spin on a slab, ``offset`` [m] along x, y and z from the origin.
+
+    Three contacts, since four would share the load in more than one way, and each way brakes the spin by another moment.
+    """
+    upright = (1.0, 0.0, 0.0, 0.0)
+    angles = (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)
+    ends = [(0.25 * math.cos(angle), 0.25 * math.sin(angle), 0.0) for angle in angles]
     scene = Scene()
     scene.add_field(UniformGravity((0.0, 0.0, -GRAVITY)))
     place = np.full(3, offset)
     scene.add_body(Box((8.0, 8.0, 0.5)), motion="static", position=place)
     scene.add_body(
-        Box((0.25, 0.125, 0.125)), mass=1.0, position=place + np.array([0.0, 0.0, 0.625]), linear_velocity=FAR_SPEED,
-        angular_velocity=FAR_SPIN,
+        Compound([(Sphere(0.125), end, upright) for end in ends]), mass=1.0,
+        position=place + np.array([0.0, 0.0, 0.625]), linear_velocity=FAR_SPEED, angular_velocity=FAR_SPIN,
     )  # fmt: skip
     return scene
 
@@ -169,7 +175,8 @@ UNITS = {"small": (2.0**10, 2.0**10, 1.0), "large": (2.0**-10, 2.0**-20, 1.0), "
 CASES = (
     *(
         HardCase(
-            f"far_{offset:.0e}".replace("e+0", "e"), 20, f"A box slides and spins {offset:g} m from the origin",
+            f"far_{offset:.0e}".replace("e+0", "e"), 20,
+            f"Three balls in a frame slide and spin {offset:g} m from the origin",
             "the motion at the origin", partial(far_away, offset), 1.0, partial(measure_far_away, offset), "difference",
             "float spacings", 1e3, goal={60: 1e3, 240: 1e3}, sampling=0.1, order=False,
             companions=(Companion(partial(far_away, 0.0)),),
