@@ -19,7 +19,7 @@ FAR_SPEED, FAR_SPIN = (2.0, 0.5, 0.0), (0.0, 0.0, 3.0)
 def far_away(offset: float) -> Scene:
     """Three balls in a frame that slide and spin on a slab, ``offset`` [m] along x, y and z from the origin.
 
-    Three contacts, since four would share the load in more than one way, and each way brakes the spin by another moment.
+    Three contacts, since four share the load in more than one way, and each way brakes the spin by another moment.
     """
     upright = (1.0, 0.0, 0.0, 0.0)
     angles = (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)
