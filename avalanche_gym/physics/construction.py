@@ -21,6 +21,7 @@ from .model import (
     FIELD,
     FLOW_NONE,
     HEIGHT_FIELD_ROW,
+    HULL_EDGE_ROW,
     HULL_FACE_ROW,
     HULL_ROW,
     KINEMATIC,
@@ -36,6 +37,7 @@ from .model import (
 )
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
 from .shapes import ConvexHull, HeightField, TriangleMesh
+from .shapes.height_spline import pool_of_field
 from .shapes.hull_preparation import prepare_hull
 from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
@@ -165,11 +167,6 @@ class ShapeTables:
     def add(self, handle: int, shape: Any, collider: Any) -> None:
         """Give a collider its row in the table of its shape."""
         if isinstance(shape, HeightField):
-            if shape.surface != "facets":
-                raise ValueError(
-                    f"World: HeightField(surface={shape.surface!r}) has no collision test yet; "
-                    "give surface='facets', with a finer grid where the facets show."
-                )
             collider["data"] = self.height_field_rows[handle] = len(self._height_fields)
             self._height_fields.append(shape)
         elif isinstance(shape, ConvexHull):
@@ -184,17 +181,17 @@ class ShapeTables:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         rows = np.zeros(len(self._height_fields), HEIGHT_FIELD_ROW)
+        pools = [pool_of_field(shape.heights, shape.surface == "smooth") for shape in self._height_fields]
         first = 0
-        for row, shape in zip(rows, self._height_fields, strict=True):
-            heights = np.asarray(shape.heights)
-            row["rows"], row["columns"] = heights.shape
+        for row, shape, pool in zip(rows, self._height_fields, pools, strict=True):
+            row["rows"], row["columns"] = shape.heights.shape
             row["extent"] = shape.extent
             row["first"] = first
             row["smooth"] = shape.surface == "smooth"
-            row["lowest"], row["highest"] = heights.min(), heights.max()
-            first += heights.size
-        pools = [np.ravel(shape.heights) for shape in self._height_fields]
-        heights = np.concatenate(pools) if pools else np.zeros(0)
+            row["size"] = pool.size
+            row["lowest"], row["highest"] = pool.min(), pool.max()
+            first += pool.size
+        heights = np.concatenate([np.zeros(0), *pools])
         return {
             "height_fields": rows,
             "heights": heights,
@@ -207,17 +204,20 @@ class ShapeTables:
         """Hulls, their plane faces found, one behind the other."""
         prepared = [prepare_hull(shape.vertices, shape.faces) for shape in self._hulls]
         hulls = np.zeros(len(prepared), HULL_ROW)
-        points, faces, corners = 0, 0, 0
+        points, faces, corners, edges = 0, 0, 0, 0
         for index, one in enumerate(prepared):
             hulls[index] = one.hull[0]
-            hulls[index]["first_vertex"], hulls[index]["first_face"] = points, faces
+            row = hulls[index]
+            row["first_vertex"], row["first_face"], row["first_edge"] = points, faces, edges
             one.faces["first_corner"] += corners
-            points, faces, corners = points + len(one.points), faces + len(one.faces), corners + len(one.corners)
+            points, faces = points + len(one.points), faces + len(one.faces)
+            corners, edges = corners + len(one.corners), edges + len(one.edges)
         return {
             "hulls": hulls,
             "hull_points": np.concatenate([np.zeros(0), *(one.points.ravel() for one in prepared)]),
             "hull_faces": np.concatenate([np.zeros(0, HULL_FACE_ROW), *(one.faces for one in prepared)]),
             "hull_corners": np.concatenate([np.zeros(0, np.int64), *(one.corners for one in prepared)]),
+            "hull_edges": np.concatenate([np.zeros(0, HULL_EDGE_ROW), *(one.edges for one in prepared)]),
         }
 
     def _mesh_tables(self) -> dict[str, NDArray[Any]]:

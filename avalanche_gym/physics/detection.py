@@ -15,9 +15,12 @@ from .jit import kernel, stage
 from .maths import vec3
 from .memory import bodies_of, colliders_of, fields_of, header_at, states_of, table, workspace_at
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, REMOVED
-from .narrow_phase.collide import collide_bodies
+from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
 from .narrow_phase.pair_query import query_at
+
+# Motion within a step below this fraction of the smaller body turns no contact by more than that.
+STILL = 1e-7
 
 
 @stage
@@ -111,6 +114,71 @@ def find_contacts(address, workspace_address, world, num_pairs):
         for index in range(start, min(count, contacts.shape[0])):
             mix_materials(bodies[a], bodies[b], rule, contacts[index])
     return count
+
+
+@stage
+def follow_contacts(address, workspace_address, world, first, last):
+    """Where curved contacts of one island, order[first:last], are with the bodies at ``predicted``: fields ``end_*``.
+
+    A contact that is not found again keeps what they hold. Pairs that hardly move against each other are not asked.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    states = states_of(header, world)
+    predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    asked = table(workspace.asked, workspace.asked_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    num_colliders = colliders_of(header).shape[0]
+    query = query_at(workspace.query)
+    query.world = world
+    query.header = address
+    query.contacts = workspace.asked
+    query.capacity = workspace.asked_size
+    query.scratch = workspace.clipping
+    query.scratch_rows = workspace.clipping_size // 8
+    pair = -1
+    count = 0
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.curved == 0 or contact.persistent == 0:
+            continue
+        if contact.pair != pair:
+            pair = contact.pair
+            count = 0
+            a = contact.body_a
+            b = contact.body_b
+            if _stirs(states[a], predicted[a], states[b], predicted[b], contact):
+                query.margin = SLACK * contact.size
+                i = pair // num_colliders
+                j = pair - i * num_colliders
+                count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
+        for number in range(min(count, asked.shape[0])):
+            found = asked[number]
+            if found.feature == contact.feature:
+                normal = vec3.load(found.normal)
+                drift = vec3.scale(header.time_step, vec3.load(contact.surface_velocity))
+                rise = vec3.dot(normal, drift)
+                vec3.store(contact.end_normal, normal)
+                vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
+                contact.end_gap = found.gap + rise
+                break
+    return 0
+
+
+@kernel
+def _stirs(start_a, end_a, start_b, end_b, contact):
+    """Whether two bodies move against each other by more than STILL of the smaller one."""
+    point = vec3.load(contact.start_position)
+    arm_a = vec3.sub(point, vec3.load(start_a.center))
+    arm_b = vec3.sub(point, vec3.load(start_b.center))
+    moved = vec3.sub(vec3.load(end_b.center), vec3.load(start_b.center))
+    moved = vec3.sub(moved, vec3.sub(vec3.load(end_a.center), vec3.load(start_a.center)))
+    reach = vec3.norm(moved)
+    for axis in range(1, 4):
+        reach += 2.0 * vec3.norm(arm_a) * abs(end_a.orientation[axis] - start_a.orientation[axis])
+        reach += 2.0 * vec3.norm(arm_b) * abs(end_b.orientation[axis] - start_b.orientation[axis])
+    return reach > STILL * contact.size
 
 
 @kernel

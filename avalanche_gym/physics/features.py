@@ -14,6 +14,7 @@ from .model import (
     KINEMATIC,
     MESH,
     POINT_GRAVITY,
+    SMOOTH_FIELD,
     UNIFORM_GRAVITY,
 )
 from .report import Features
@@ -48,6 +49,7 @@ def describe_features(scene: Scene, storage: Storage) -> Features:
         "rolling friction": False,
         "torsional friction": False,
         "height fields": bool((shapes == HEIGHT_FIELD).any()),
+        "smooth height fields": bool((shapes == SMOOTH_FIELD).any()),
         "triangle meshes": bool((shapes == MESH).any()),
         "moving heights": bool(header["moving_heights"]),
         "heights per world": bool(header["height_worlds"] > 1),

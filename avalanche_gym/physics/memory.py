@@ -21,6 +21,7 @@ from .model import (
     FACE_ROW,
     FIELD,
     HEIGHT_FIELD_ROW,
+    HULL_EDGE_ROW,
     HULL_FACE_ROW,
     HULL_ROW,
     MESH_ROW,
@@ -41,6 +42,7 @@ MODEL_TABLES = {
     "hull_points": np.dtype(np.float64),  # (points * 3,) [m]
     "hull_faces": HULL_FACE_ROW,
     "hull_corners": np.dtype(np.int64),
+    "hull_edges": HULL_EDGE_ROW,
     "meshes": MESH_ROW,
     "mesh_vertices": VERTEX_ROW,
     "mesh_faces": FACE_ROW,
@@ -64,7 +66,7 @@ WORLD_TABLES = {
 }
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
-STAGES = ("fly_bodies", "find_pairs", "find_contacts", "solve_contacts", "solve_problem", "commit")
+STAGES = ("fly_bodies", "find_pairs", "find_contacts", "follow_contacts", "solve_contacts", "solve_problem", "commit")
 
 HEADER = np.dtype(
     [
@@ -96,6 +98,7 @@ WORKSPACE_TABLES = {
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
     "contacts": CONTACT,  # (contact capacity,)
+    "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
     "island": np.dtype(np.int64),  # (bodies,) of each body, -1 for none
     "island_starts": np.dtype(np.int64),  # (bodies + 1,) first contact of each island in ``order``

@@ -19,14 +19,22 @@ REMOVED, STATIC, KINEMATIC, DYNAMIC = -1, 0, 1, 2
 FLOW_NONE, FLOW_TRANSLATE, FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL = 0, 1, 2, 3, 4
 
 # Shapes of colliders. The order matters: a pair is always tested with the smaller type first.
-SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH = 0, 1, 2, 3, 4, 5, 6, 7
-NUM_SHAPES = 8
-SHAPE_NAMES = ("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "HeightField", "TriangleMesh")
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, MESH, SMOOTH_FIELD = 0, 1, 2, 3, 4, 5, 6, 7, 8
+NUM_SHAPES = 9
+SHAPE_NAMES = (
+    *("Sphere", "Capsule", "Box", "Cylinder", "ConvexHull", "Plane", "HeightField", "TriangleMesh"),
+    'HeightField(surface="smooth")',
+)
 
 UNIFORM_GRAVITY, POINT_GRAVITY = 0, 1
 
-# What the normal of a contact turns with: a flat side of body a or b, or the line between two rounded points.
+# What the normal of a contact turns with: a flat side of body a or b, or the line between two points of the bodies.
 ON_A, ON_B, BETWEEN = 0, 1, 2
+
+# Features of contacts. One with the bit SLIDING names a point of a body in the bits above PLACE_BITS, and below the
+# part of the terrain under it: equal numbers above say that the point has moved from one facet to the next.
+SLIDING = 1 << 60
+PLACE_BITS = 26
 
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
@@ -88,7 +96,8 @@ HEIGHT_FIELD_ROW = np.dtype(  # (height fields,)
         ("columns", np.int64),  # along x
         ("extent", np.float64, 2),  # [m] along x, along y; centred on the collider
         ("first", np.int64),  # of its samples in the pool of heights, row by row
-        ("smooth", np.int64),  # 0: facets, 1: C1 surface
+        ("smooth", np.int64),  # 1: its spline coefficients (rows + 2, columns + 2) follow the samples; 0: facets
+        ("size", np.int64),  # of its part of the pool: samples and coefficients
         ("lowest", np.float64),  # [m] over all worlds
         ("highest", np.float64),
     ],
@@ -147,6 +156,10 @@ HULL_ROW = np.dtype(  # (hulls,)
         ("first_face", np.int64),  # in the pool of faces
         ("num_faces", np.int64),
         ("radius", np.float64),  # [m] of the smallest sphere about the origin of its frame that holds it
+        ("first_edge", np.int64),  # in the pool of edges
+        ("num_edges", np.int64),
+        ("center", np.float64, 3),  # [m] mean of its vertices, inside of it
+        ("half", np.float64, 3),  # [m] half extents of a box about ``center`` that holds it
     ],
     align=True,
 )
@@ -156,6 +169,16 @@ HULL_FACE_ROW = np.dtype(  # (faces of all hulls,)
         ("normal", np.float64, 3),  # unit, outward, hull frame
         ("first_corner", np.int64),  # in the pool of corners: vertex numbers that count from the hull's first vertex
         ("num_corners", np.int64),  # at most MOST_CORNERS
+    ],
+    align=True,
+)
+
+HULL_EDGE_ROW = np.dtype(  # (edges of all hulls,)
+    [
+        ("start", np.int64),  # vertices, counted from the hull's first one
+        ("end", np.int64),
+        ("into_left", np.float64, 3),  # unit, at right angles to the edge into its one face, hull frame
+        ("into_right", np.float64, 3),  # ... into its other face
     ],
     align=True,
 )
@@ -187,7 +210,8 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
 CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted by pair
     [
         ("pair", np.int64),  # collider_a * num_colliders + collider_b
-        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts
+        ("feature", np.int64),  # which vertex, edge or face of the pair: the same in the next step if contact lasts,
+        # but for the place of a SLIDING one
         ("body_a", np.int64),
         ("body_b", np.int64),
         ("position", np.float64, 3),  # [m] midway between the two surfaces, world frame
@@ -200,6 +224,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("end_normal", np.float64, 3),
         ("end_gap", np.float64),
         ("frame", np.int64),  # ON_A, ON_B or BETWEEN: what the normal turns with
+        ("curved", np.int64),  # 1: where the bodies touch after moving is asked of the narrow phase again
         ("size", np.float64),  # [m] of the smaller body: the scale of its tolerances
         ("impulse", np.float64, 3),  # [N s] on b, world frame
         ("radius_a", np.float64),  # [m] of the rounding of a at the contact: that of a sphere or capsule, else 0

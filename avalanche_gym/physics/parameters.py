@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .integrator.flight import flow_class
 from .mass_properties import check_inertia, check_mass, rotation_matrix
-from .model import HEIGHT_FIELD
+from .model import HEIGHT_FIELD, SMOOTH_FIELD
 from .scene import Body, check_coefficient
+from .shapes.height_spline import pool_of_field
 from .storage import Storage
 
 COEFFICIENTS = ("friction", "restitution", "rolling_friction", "torsional_friction")
@@ -111,15 +112,15 @@ def set_heights(
             raise ValueError(f"{label} has shape {array.shape}; give {shape} or {(chosen, *shape)} [{unit}].")
         if not np.isfinite(array).all():
             raise ValueError(f"{label} holds values that are not finite; replace them.")
-        given[name] = array.reshape(-1, shape[0] * shape[1])
+        given[name] = pool_of_field(array.reshape(-1, *shape), bool(field["smooth"]))
     if chosen == 0:
         return
-    given.setdefault("height_rates", np.zeros((1, shape[0] * shape[1])))
+    given.setdefault("height_rates", np.zeros((1, int(field["size"]))))
     # Each world advances its own moving heights, so those are never shared.
     moving = bool(given["height_rates"].any())
     if moving or not mask.all() or any(len(array) > 1 for array in given.values()):
         storage.separate_heights(moving)
-    samples = slice(int(field["first"]), int(field["first"]) + shape[0] * shape[1])
+    samples = slice(int(field["first"]), int(field["first"] + field["size"]))
     for name, array in given.items():
         _write_heights(storage.arrays[name][:, samples], mask, array)
     if "heights" in given:
@@ -138,7 +139,7 @@ def reset_heights(storage: Storage, mask: NDArray[np.bool_], initial: NDArray[np
     _write_heights(arrays["heights"], mask, initial)
     _write_heights(arrays["height_rates"], mask, np.zeros_like(initial))
     for field in arrays["height_fields"]:
-        _widen_bounds(field, initial[:, field["first"] : field["first"] + field["rows"] * field["columns"]])
+        _widen_bounds(field, initial[:, field["first"] : field["first"] + field["size"]])
     storage.note_features()
 
 
@@ -166,12 +167,12 @@ def carry_heights(old: Storage, new: Storage, kept: list[int]) -> None:
     """Moved samples stay where they are when the tables are built anew."""
     shift = _first_colliders(old) - _first_colliders(new)[: old.num_bodies]
     for number, collider in enumerate(new.arrays["colliders"]):
-        if collider["shape"] != HEIGHT_FIELD or int(collider["body"]) not in kept:
+        if collider["shape"] not in (HEIGHT_FIELD, SMOOTH_FIELD) or int(collider["body"]) not in kept:
             continue
         before = old.arrays["colliders"][number + shift[collider["body"]]]
         source = old.arrays["height_fields"][before["data"]]
         target = new.arrays["height_fields"][collider["data"]]
-        size = int(source["rows"] * source["columns"])
+        size = int(source["size"])
         for name in ("heights", "height_rates"):
             values = old.arrays[name][:, source["first"] : source["first"] + size]
             new.arrays[name][:, target["first"] : target["first"] + size] = values

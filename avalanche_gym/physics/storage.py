@@ -22,6 +22,7 @@ from .model import (
     SHAPE_NAMES,
     SOLVER_FULL,
 )
+from .narrow_phase.collide import curves
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
@@ -29,6 +30,7 @@ from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
 CLIPPING_FLOATS = 256 * 8  # scratch of one pair of shapes
+MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
 # Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.
 PROPORTION = np.dtype([("mass", np.float64), ("inertia", np.float64, 3)])  # (worlds, bodies) [kg], [kg m^2]
@@ -109,6 +111,9 @@ class Storage:
             header["solve_contacts"] = response.solve_contacts.address
             header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
+            met = np.flatnonzero(arrays["pair_functions"])
+            if any(curves(*divmod(int(pair), NUM_SHAPES)) for pair in met):
+                header["follow_contacts"] = detection.follow_contacts.address
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""
@@ -140,11 +145,12 @@ class Storage:
             a, b = (owners[shape] for shape in pair)
             # Two different bodies, at least one of them dynamic.
             if any(one & dynamic and other and len((one & dynamic) | other) > 1 for one, other in ((a, b), (b, a))):
-                addresses[pair] = self._pair_stage(pair).address
+                addresses[pair] = self.pair_stage(pair).address
         return addresses.reshape(-1)
 
     @staticmethod
-    def _pair_stage(pair: tuple[int, int]) -> Stage:
+    def pair_stage(pair: tuple[int, int]) -> Stage:
+        """The function of a pair of shapes, the smaller code first."""
         if pair not in PAIR_STAGES:
             a, b = (SHAPE_NAMES[code] for code in pair)
             raise ValueError(
@@ -165,6 +171,7 @@ class Storage:
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
             "contacts": contacts,
+            "asked": MOST_ASKED,
             "sums": 6 * num_bodies,
             "island": num_bodies,
             "island_starts": num_bodies + 1,
@@ -244,7 +251,7 @@ class Storage:
         """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps."""
         time = num_steps * self.options.time_step
         for row in self.arrays["height_fields"]:
-            samples = slice(int(row["first"]), int(row["first"] + row["rows"] * row["columns"]))
+            samples = slice(int(row["first"]), int(row["first"] + row["size"]))
             heights, rates = (self.arrays[name][:, samples] for name in ("heights", "height_rates"))
             row["lowest"] = heights.min() + min(time * rates.min(), 0.0)
             row["highest"] = heights.max() + max(time * rates.max(), 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +14,11 @@ from .construction import build_tables
 from .diagnostics import measure
 from .features import describe_features
 from .options import Options
+from .queries import Prober
 from .report import Features, StepReport, describe_steps
 from .scene import Body, Scene
 from .selection import select_body, select_world, select_worlds, spread
-from .shapes import HeightField, checks
+from .shapes import HeightField, Shape, checks
 from .stepping import Stepper
 from .storage import Storage
 
@@ -85,6 +87,7 @@ class World:
         self._height_field_rows = tables.height_fields
         self._storage = storage
         self._stepper = Stepper(storage)
+        self._prober: Prober | None = None
         arrays = storage.arrays
         self._initial = {name: arrays[name].copy() for name in ("states", "heights", *PUBLIC_ARRAYS)}
         self._address = storage.address
@@ -321,6 +324,85 @@ class World:
             scene.bodies = list(snapshot.bodies)
             self._build(scene, self.num_worlds)
         self._storage.load(snapshot.arrays)
+
+    # --- Asking where things are --------------------------------------------------------------------------------------
+
+    def _ask(self) -> Prober:
+        if self._prober is None:
+            self._prober = Prober(self)
+        return self._prober
+
+    def ray_cast(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        max_distance: float = math.inf,
+        world: WorldIndex = None,
+        ignore: Any = None,
+        only: Any = None,
+    ) -> NDArray[Any]:
+        """The first surface that each ray meets, in bodies where they are now.
+
+        A ray that starts inside a solid meets it at distance 0, its normal against the ray. An open mesh is met on its
+        counter-clockwise side only, a two-sided one on both.
+
+        Args:
+            origins: (3,), (n, 3), or (selected worlds, n, 3) [m], world frame.
+            directions: the same, of any length but zero; one origin goes with many directions, and the reverse.
+            max_distance: [m] what is farther does not count.
+            world: as in apply_impulse.
+            ignore: a handle, several, or a boolean mask (bodies,): bodies that do not count.
+            only: the same: bodies that alone count.
+
+        Returns:
+            Records ``body`` (handle, -1 for a miss), ``distance`` [m] (infinite for a miss), ``position`` (3,) [m],
+            ``normal`` (3,) unit, outward (both NaN for a miss): shape (selected worlds, n), without the first axis if
+            ``world`` is an int, without the last for a single ray.
+        """
+        return self._ask().ray_cast(origins, directions, max_distance, world, ignore, only)
+
+    def closest_point(
+        self,
+        points: ArrayLike,
+        *,
+        max_distance: float = math.inf,
+        world: WorldIndex = None,
+        ignore: Any = None,
+        only: Any = None,
+    ) -> NDArray[Any]:
+        """The nearest surface to each point, in bodies where they are now.
+
+        Args:
+            points: (3,), (n, 3), or (selected worlds, n, 3) [m], world frame.
+            max_distance, world, ignore, only: as in ray_cast.
+
+        Returns:
+            Records as of ray_cast; ``distance`` is negative inside a solid, where the deepest one counts, and
+            ``position`` is the point of the surface: point - distance * normal.
+        """
+        return self._ask().closest_point(points, max_distance, world, ignore, only)
+
+    def overlap(
+        self,
+        shape: Shape,
+        position: ArrayLike,
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        *,
+        world: WorldIndex = None,
+        ignore: Any = None,
+        only: Any = None,
+    ) -> NDArray[np.bool_]:
+        """Which bodies a Sphere, Capsule, Box or Cylinder would overlap or touch there; nothing is added to the world.
+
+        Args:
+            shape: what is placed; position (3,) [m] and orientation (4,) wxyz, world frame.
+            world, ignore, only: as in ray_cast.
+
+        Returns:
+            (selected worlds, bodies), without the first axis if ``world`` is an int.
+        """
+        return self._ask().overlap(shape, position, orientation, world, ignore, only)
 
     # --- Reading ------------------------------------------------------------------------------------------------------
 

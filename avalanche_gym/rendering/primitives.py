@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..physics.shapes.planet import icosphere
+from ..physics.shapes.icosphere import icosphere
 from .geometry import Geometry
 
 SEGMENTS = 28  # around a cylinder or capsule: an outline within 0.6 % of the radius

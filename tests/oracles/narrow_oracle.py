@@ -17,7 +17,8 @@ from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, CYLINDER, HULL, H
 from avalanche_gym.physics.narrow_phase.box import box_box
 from avalanche_gym.physics.narrow_phase.capsule import capsule_box, capsule_capsule
 from avalanche_gym.physics.narrow_phase.cylinder import cylinder_plane, sphere_cylinder
-from avalanche_gym.physics.narrow_phase.hull import collide_convex, hull_plane
+from avalanche_gym.physics.narrow_phase.hull import collide_convex
+from avalanche_gym.physics.narrow_phase.hull_plane import hull_plane
 from avalanche_gym.physics.narrow_phase.plane import box_plane, capsule_plane, sphere_plane
 from avalanche_gym.physics.narrow_phase.polytope import SCRATCH_SHAPE
 from avalanche_gym.physics.narrow_phase.sphere import sphere_box, sphere_capsule, sphere_sphere

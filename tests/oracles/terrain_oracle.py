@@ -8,9 +8,16 @@ import numpy as np
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
-from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, HEIGHT_FIELD_ROW, SPHERE
+from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, HEIGHT_FIELD_ROW, PLACE_BITS, SLIDING, SPHERE
 from avalanche_gym.physics.narrow_phase.height_field import collide_height_field
+from avalanche_gym.physics.narrow_phase.height_field_solids import (
+    collide_cylinder_height_field,
+    collide_hull_height_field,
+)
 from avalanche_gym.physics.narrow_phase.mesh import collide_mesh
+from avalanche_gym.physics.narrow_phase.mesh_solids import collide_cylinder_mesh, collide_hull_mesh
+from avalanche_gym.physics.shapes import ConvexHull
+from avalanche_gym.physics.shapes.hull_preparation import prepare_hull
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ORIGIN = (0.0, 0.0, 0.0)
@@ -82,6 +89,12 @@ def mesh_contacts(shape, position, rotation, size, prepared, margin, place=(ORIG
     """Contacts (n,) of CONTACT with ``prepare_mesh(...)``."""
     terrain = (prepared.mesh[0], prepared.vertices, prepared.faces, prepared.nodes)
     return _kernel_contacts(collide_mesh, shape, position, rotation, size, terrain, margin, place)
+
+
+def point_of(contact):
+    """Number of the point of the moving shape that a contact belongs to; None for crossings and terrain vertices."""
+    feature = int(contact["feature"])
+    return (feature ^ SLIDING) >> PLACE_BITS if feature & SLIDING else None
 
 
 def core(shape, size):
@@ -170,3 +183,68 @@ def plane_contacts(shape, position, rotation, size, margin):
         if gap <= margin and not any(b and half[k] == 0.0 for k, b in enumerate((corner & 1, corner & 2, corner & 4))):
             found[corner] = (gap, (p[0], p[1], 0.5 * gap))
     return found
+
+
+def _solid_contacts(kernel, position, rotation, solid, terrain, margin, place):
+    """``solid``: (radius, half length, 0) of a cylinder, or ``hull(...)``."""
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((256, 8))
+    count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), contacts, 0, scratch)
+    return contacts[:count]
+
+
+def hull(vertices):
+    """``hull`` of narrow_phase/terrain_hull.py for the hull of some points."""
+    shape = ConvexHull(vertices)
+    prepared = prepare_hull(shape.vertices, shape.faces)
+    return (prepared.hull, prepared.points, prepared.faces, prepared.corners, prepared.edges)
+
+
+def cylinder_contacts(position, rotation, size, terrain, margin, place=(ORIGIN, IDENTITY)):
+    """Contacts of a cylinder with ``height_field(...)`` or ``prepare_mesh(...)``."""
+    kernel = collide_cylinder_height_field if isinstance(terrain, tuple) else collide_cylinder_mesh
+    return _solid_contacts(kernel, position, rotation, floats(size), _tables(terrain), margin, place)
+
+
+def hull_contacts(position, rotation, solid, terrain, margin, place=(ORIGIN, IDENTITY)):
+    """Contacts of ``hull(...)`` with ``height_field(...)`` or ``prepare_mesh(...)``."""
+    kernel = collide_hull_height_field if isinstance(terrain, tuple) else collide_hull_mesh
+    return _solid_contacts(kernel, position, rotation, solid, _tables(terrain), margin, place)
+
+
+def _tables(terrain):
+    if isinstance(terrain, tuple):
+        return (terrain[0][0], terrain[1])
+    return (terrain.mesh[0], terrain.vertices, terrain.faces, terrain.nodes)
+
+
+def _cylinder_gap(p, radius, half_length):
+    """Signed distances of points in the frame of a cylinder."""
+    side = np.hypot(p[..., 0], p[..., 1]) - radius
+    cap = np.abs(p[..., 2]) - half_length
+    return np.hypot(np.maximum(side, 0.0), np.maximum(cap, 0.0)) + np.minimum(np.maximum(side, cap), 0.0)
+
+
+def cylinder_distance(position, rotation, radius, half_length, triangles):
+    """Distance [m] of a cylinder from triangles (m, 3, 3), to 1e-8: convex on each, so a shrinking star finds it."""
+    local = (triangles - position) @ np.reshape(rotation, (3, 3))
+    reach = _cylinder_gap(local, radius, half_length).min(axis=1)
+    longest = np.linalg.norm(local - np.roll(local, 1, axis=1), axis=2).max()
+    local = local[reach <= reach.min() + longest]
+    weights = np.full((len(local), 3), 1.0 / 3.0)
+    # Towards and away from each corner, and along each side.
+    star = np.array([(1, 0, -1), (-1, 0, 1), (0, 1, -1), (0, -1, 1), (1, -1, 0), (-1, 1, 0), (2, -1, -1), (-1, 2, -1)])
+    star = np.concatenate([star, [(-1, -1, 2), (0, 0, 0)]])
+    best = np.full(len(local), np.inf)
+    step = 0.3
+    while step > 1e-9:
+        tried = np.maximum(weights[:, None] + step * star, 0.0)
+        tried /= tried.sum(axis=2, keepdims=True)
+        gaps = _cylinder_gap(tried @ local, radius, half_length)
+        chosen = gaps.argmin(axis=1)
+        rows = np.arange(len(local))
+        better = gaps[rows, chosen] < best - 1e-12
+        weights = np.where(better[:, None], tried[rows, chosen], weights)
+        best = np.minimum(best, gaps[rows, chosen])
+        if not better.any():
+            step *= 0.6
+    return best.min()

@@ -1,5 +1,7 @@
 """The kernels against the slow twins of oracles/terrain_oracle.py, on random terrain."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -86,3 +88,55 @@ def test_contacts_are_sound(scene, height):
         local = (on_shape - position) @ frame
         # A ball at the end of a capsule that has sunk in ends inside the capsule; the others on its surface.
         assert np.linalg.norm(local - np.clip(local, -half, half)) <= radius + 1e-9
+
+
+@settings(max_examples=40, deadline=None)
+@given(scene=scenes(), gap=st.sampled_from([-1e-3, 0.0, 0.02]))
+def test_hull_of_a_box_is_a_box(scene, gap):
+    heights, _, _, position, rotation = scene
+    half = np.array([0.35, 0.25, 0.15])
+    solid = oracle.hull(half * list(itertools.product((-1.0, 1.0), repeat=3)))
+    position = lowered(heights, BOX, half, position, rotation, max(gap, 0.0))
+    position = position - (0.0, 0.0, max(-gap, 0.0))
+    mesh = prepare_mesh(*oracle.grid_mesh(heights, EXTENT))
+    field = oracle.height_field(heights, EXTENT)
+    for expected, contacts in (
+        (
+            oracle.field_contacts(BOX, position, rotation, half, field, 0.05),
+            oracle.hull_contacts(position, rotation, solid, field, 0.05),
+        ),
+        (
+            oracle.mesh_contacts(BOX, position, rotation, half, mesh, 0.05),
+            oracle.hull_contacts(position, rotation, solid, mesh, 0.05),
+        ),
+    ):
+        assert len(set(contacts["feature"])) == len(contacts)
+        if len(expected):
+            assert contacts["gap"].min() == pytest.approx(expected["gap"].min(), abs=1e-9)
+        else:
+            assert len(contacts) == 0
+
+
+@settings(max_examples=25, deadline=None)
+@given(scene=scenes(), lies=st.sampled_from(["standing", "lying", "anyhow"]))
+def test_smallest_gap_of_a_cylinder(scene, lies):
+    """Where it lies nearly along an edge or nearly flat on it, the gap is that of the ends of the contact."""
+    heights, _, _, position, rotation = scene
+    if lies != "anyhow":
+        turn = np.reshape(oracle.rotation_matrix((0.0, 0.0, position[0])), (3, 3))
+        lean = 0.0 if lies == "standing" else np.pi / 2
+        side = np.reshape(oracle.rotation_matrix((lean, 0.0, 0.0)), (3, 3))
+        rotation = oracle.floats((turn @ side).ravel())
+    vertices, faces = oracle.grid_mesh(heights, EXTENT)
+    position = position - (0.0, 0.0, -heights.max() - 1.0)
+    for _ in range(15):
+        apart = oracle.cylinder_distance(position, rotation, 0.2, 0.3, vertices[faces])
+        if apart < 0.011:
+            break
+        position = position - (0.0, 0.0, apart - 0.01)
+    if apart >= 0.011:
+        return  # beside a slope that is too steep
+    for terrain in (oracle.height_field(heights, EXTENT), prepare_mesh(vertices, faces)):
+        contacts = oracle.cylinder_contacts(position, rotation, (0.2, 0.3, 0.0), terrain, 0.03)
+        assert contacts["gap"].min() == pytest.approx(apart, abs=5e-5)
+        assert len(set(contacts["feature"])) == len(contacts)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from avalanche_gym.physics import shapes
-from avalanche_gym.physics.shapes.planet import icosphere
+from avalanche_gym.physics.shapes.icosphere import icosphere
 from avalanche_gym.rendering import (
     AGENT,
     SNOW,

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from avalanche_gym.physics import model
 from avalanche_gym.physics.shapes import (
@@ -16,11 +17,13 @@ from avalanche_gym.physics.shapes import (
     Cylinder,
     HeightField,
     Plane,
+    RadialTerrain,
     Sphere,
     TriangleMesh,
     terrain,
 )
-from avalanche_gym.physics.shapes.planet import bumpy_planet, icosphere
+from avalanche_gym.physics.shapes.icosphere import icosphere
+from avalanche_gym.physics.shapes.planet import bumpy_planet, cratered_planet
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 CUBE = trimesh.creation.box((2.0, 2.0, 2.0))
@@ -178,3 +181,35 @@ def test_terrain_generators_keep_their_bounds_and_seeds():
     assert first[3].min() < -0.1
     assert first[4].min() == pytest.approx(-1.0, abs=0.02)
     assert first[4].max() <= 0.0
+
+
+def test_radial_terrain_from_radii_and_from_a_function():
+    directions = RadialTerrain.directions(2)
+    radii = 2.0 + 0.1 * directions[:, 2]
+    planet = RadialTerrain(radii)
+    assert planet.subdivisions == 2 and planet.is_closed and len(planet.faces) == 320
+    np.testing.assert_allclose(np.linalg.norm(planet.vertices, axis=1), radii)
+    same = RadialTerrain(lambda d: 2.0 + 0.1 * d[:, 2], subdivisions=2)
+    np.testing.assert_array_equal(same.vertices, planet.vertices)
+    for wrong, text in ((np.ones(13), "12, 42"), (-radii, "not positive"), (np.full(12, np.nan), "finite")):
+        with pytest.raises(ValueError, match=text):
+            RadialTerrain(wrong)
+    craters = [cratered_planet(10.0, np.random.default_rng(1), subdivisions=3) for _ in range(2)]
+    np.testing.assert_array_equal(craters[0].radii, craters[1].radii)
+    assert craters[0].is_closed and craters[0].radii.min() < 9.9 and craters[0].radii.max() > 10.0
+
+
+def test_height_field_from_a_picture(tmp_path):
+    pixels = np.array([[0, 255], [51, 102], [255, 0]], np.uint8)
+    field = HeightField.from_image(pixels, (1.0, 2.0), lowest=-1.0, highest=4.0)
+    np.testing.assert_allclose(field.heights, [[4.0, -1.0], [0.0, 1.0], [-1.0, 4.0]])
+    with pytest.raises(ValueError, match="from 0 to 1"):
+        HeightField.from_image(pixels.astype(float), (1.0, 2.0))
+    with pytest.raises(ValueError, match="not a file"):
+        HeightField.from_image(tmp_path / "absent.png", (1.0, 2.0))
+    Image.fromarray(pixels).save(tmp_path / "grey.png")
+    deep = pixels.astype(np.uint16) * 257
+    Image.fromarray(deep).save(tmp_path / "deep.png")
+    for name in ("grey.png", "deep.png"):
+        read = HeightField.from_image(tmp_path / name, (1.0, 2.0), lowest=-1.0, highest=4.0)
+        np.testing.assert_allclose(read.heights, field.heights, atol=1e-12)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...physics.jit import kernel
 from ...physics.maths import vec3
 from ...physics.shapes import TriangleMesh
-from ...physics.shapes.planet import icosphere_levels
+from ...physics.shapes.icosphere import icosphere_levels
 
 
 class Ground:

@@ -7,7 +7,7 @@ import math
 from ..jit import kernel
 from ..maths import mat3, quat, vec3
 from ..memory import table
-from ..model import BOX, CAPSULE, CYLINDER, HEIGHT_FIELD, HEIGHT_FIELD_ROW, PLANE
+from ..model import BOX, CAPSULE, CYLINDER, HEIGHT_FIELD, HEIGHT_FIELD_ROW, PLANE, SMOOTH_FIELD
 
 UNBOUNDED = (math.inf, math.inf, math.inf)
 
@@ -20,7 +20,7 @@ def collider_box(header, collider, center, rotation):
     shape = collider.shape
     if shape == PLANE:
         return vec3.neg(UNBOUNDED), UNBOUNDED
-    if shape == HEIGHT_FIELD:
+    if shape == HEIGHT_FIELD or shape == SMOOTH_FIELD:
         # Solid below without a bottom: a column from minus infinity up to the highest sample.
         field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[collider.data]
         half = (0.5 * field.extent[0], 0.5 * field.extent[1], 0.0)

@@ -1,14 +1,15 @@
 """Which of the contacts found now are those of the last step: they keep their impulse, in world space.
 
 A contact is recognised by its pair of colliders and its feature. Where a body slides from one triangle of a terrain to
-the next the feature changes although the contact lasts; what is left over is therefore matched by place: the nearest
-unclaimed contact of the same two bodies whose normal is alike.
+the next only the part of the feature lasts that names the point of the body; what is left over after that is matched by
+place: the unclaimed contact of the same two bodies close by whose normal is most alike.
 """
 
 from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import vec3
+from ..model import PLACE_BITS, SLIDING
 
 # Contacts of the same pair within this fraction of the smaller body, normals within a third of a right angle, are taken
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.
@@ -16,23 +17,39 @@ REACH = 0.25
 ALIKE = 0.86
 
 
+# What is compared, in this order: the name of the contact; the point of the body that slides; the place.
+EXACT, SAME_POINT, PLACE = 0, 1, 2
+
+
 @kernel
-def _matches(old, new, place):
+def _likeness(old, new, stage):
+    """Cosine between the normals if the old contact may be the new one, else -1. Only one that bore load may be."""
     if old.body_a != new.body_a or old.body_b != new.body_b or old.island < 0:
-        return False
-    if not place:
-        return old.pair == new.pair and old.feature == new.feature
-    apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
-    return apart <= REACH * new.size and vec3.dot(vec3.load(old.normal), vec3.load(new.normal)) >= ALIKE
+        return -1.0
+    if stage < PLACE and old.pair != new.pair:
+        return -1.0
+    if stage == EXACT and old.feature != new.feature:
+        return -1.0
+    if stage == SAME_POINT and (new.feature < SLIDING or old.feature >> PLACE_BITS != new.feature >> PLACE_BITS):
+        return -1.0
+    if stage == PLACE:
+        apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
+        if apart > REACH * new.size:
+            return -1.0
+    if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) <= 0.0:
+        return -1.0
+    alike = vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
+    return alike if stage == EXACT or alike >= ALIKE else -1.0
 
 
 @kernel
-def _inherit(old, new):
+def _inherit(old, new, stage):
     """Hand the impulse over, and mark the old contact as claimed."""
     impulse = vec3.load(old.impulse)
     vec3.store(new.impulse, impulse)
-    vec3.store(new.creep, vec3.load(old.creep))
-    new.stuck = old.sticks
+    if stage == EXACT:
+        vec3.store(new.creep, vec3.load(old.creep))
+        new.stuck = old.sticks
     new.persistent = 1 if vec3.dot(impulse, vec3.load(new.normal)) > 0.0 else 0
     new.island = 1
     old.island = -1
@@ -55,17 +72,24 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
         contacts[index].stuck = 0
     if num_old == 0:
         return
-    for place in range(2):
+    for stage in range(3):
         start = 0
         for index in range(num_contacts):
             new = contacts[index]
             if new.island == 1:
                 continue
+            best = -1.0
+            chosen = -1
             for step in range(num_old):
                 candidate = start + step
                 if candidate >= num_old:
                     candidate -= num_old
-                if _matches(old_contacts[candidate], new, place == 1):
-                    _inherit(old_contacts[candidate], new)
-                    start = candidate
-                    break
+                likeness = _likeness(old_contacts[candidate], new, stage)
+                if likeness > best:
+                    best = likeness
+                    chosen = candidate
+                    if stage == EXACT:
+                        break
+            if chosen >= 0:
+                _inherit(old_contacts[chosen], new, stage)
+                start = chosen

@@ -9,7 +9,20 @@ import numpy as np
 from ..jit import call_stage, kernel
 from ..maths import mat3, quat, vec3
 from ..memory import colliders_of, table
-from ..model import BETWEEN, BOX, CAPSULE, HEIGHT_FIELD, NUM_SHAPES, ON_A, ON_B, SPHERE
+from ..model import (
+    BETWEEN,
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    HEIGHT_FIELD,
+    HULL,
+    NUM_SHAPES,
+    ON_A,
+    ON_B,
+    PLANE,
+    SMOOTH_FIELD,
+    SPHERE,
+)
 from .moving_heights import height_velocity
 from .pair_query import contact_list, query_at, store_rotation
 
@@ -32,17 +45,43 @@ def _rounding(collider):
 
 
 @kernel
-def _frame(first, state_a, second, state_b, normal):
-    """What the normal of a contact between two colliders turns with: the flatter one, and of two boxes the one with the
-    face.
+def _flatness(shape):
+    return shape + NUM_SHAPES if shape == PLANE or shape == HEIGHT_FIELD or shape == SMOOTH_FIELD else shape
+
+
+@kernel
+def _set_frame(first, state_a, second, state_b, contact):
+    """What the normal of a contact between two colliders turns with, and whether that is only a first guess.
+
+    The flatter of the two carries it, of two boxes the one with the face.
     """
-    if second.shape == SPHERE and first.shape == SPHERE:
-        return BETWEEN
-    if first.shape == BOX and second.shape == BOX:
-        _, rotation = place(first, state_a)
-        local = mat3.apply_transposed(rotation, normal)
-        return ON_A if max(abs(local[0]), abs(local[1]), abs(local[2])) >= FACE_COSINE else ON_B
-    return ON_A if first.shape > second.shape else ON_B
+    a, b = first.shape, second.shape
+    contact.curved = 1 if curves(a, b) else 0
+    contact.frame = ON_A if _flatness(a) > _flatness(b) else ON_B
+    if a == SPHERE and b == SPHERE:
+        contact.frame = BETWEEN
+    elif a == BOX and b == BOX:
+        normal = vec3.load(contact.normal)
+        on_a = _along_axis(first, state_a, normal)
+        contact.frame = ON_A if on_a else ON_B
+        contact.curved = 0 if on_a or _along_axis(second, state_b, normal) else 1
+
+
+@kernel
+def _along_axis(collider, state, normal):
+    _, rotation = place(collider, state)
+    local = mat3.apply_transposed(rotation, normal)
+    return max(abs(local[0]), abs(local[1]), abs(local[2])) >= FACE_COSINE
+
+
+@kernel
+def curves(a, b):
+    """Whether contacts of two shapes can turn otherwise than one of the bodies does."""
+    if a == SMOOTH_FIELD or b == SMOOTH_FIELD or a == CYLINDER or b == CYLINDER:
+        return True
+    if a == CAPSULE or b == CAPSULE:
+        return a <= CAPSULE and b <= CAPSULE and a + b > 0
+    return (a == BOX and b == BOX) or (a == HULL and (b == BOX or b == HULL)) or (a == BOX and b == HULL)
 
 
 @kernel
@@ -51,7 +90,7 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
     position_a, rotation_a = place(first, state_first)
     position_b, rotation_b = place(second, state_second)
     reach = first.radius + second.radius + query.margin
-    if second.shape != HEIGHT_FIELD and reach < math.inf:
+    if second.shape != HEIGHT_FIELD and second.shape != SMOOTH_FIELD and reach < math.inf:
         if vec3.norm_squared(vec3.sub(position_b, position_a)) > reach * reach:
             return count
     query.shape_a = first.shape
@@ -73,10 +112,41 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
 @kernel
 def _surface_velocity(header, world, collider, state, point):
     """Velocity [m/s] of a collider's surface against its body: only that of moving heights is not zero."""
-    if collider.shape != HEIGHT_FIELD:
+    if collider.shape != HEIGHT_FIELD and collider.shape != SMOOTH_FIELD:
         return vec3.ZERO
     position, rotation = place(collider, state)
     return height_velocity(header, world, collider.data, position, rotation, point)
+
+
+@kernel
+def collide_pair(header, query_address, states, a, i, b, j, count):
+    """Append the contacts of collider i of body a and collider j of body b > a; return the new count."""
+    query = query_at(query_address)
+    contacts = contact_list(query)
+    colliders = colliders_of(header)
+    start = count
+    swapped = colliders[i].shape > colliders[j].shape
+    if swapped:
+        count = _ask(header, query, query_address, colliders[j], states[b], colliders[i], states[a], count)
+    else:
+        count = _ask(header, query, query_address, colliders[i], states[a], colliders[j], states[b], count)
+    for index in range(start, min(count, contacts.shape[0])):
+        contact = contacts[index]
+        contact.pair = i * colliders.shape[0] + j
+        contact.body_a = a
+        contact.body_b = b
+        contact.radius_a = _rounding(colliders[i])
+        contact.radius_b = _rounding(colliders[j])
+        vec3.store(contact.surface_velocity, vec3.ZERO)
+        if header.moving_heights == 1:
+            point = vec3.load(contact.position)
+            moved_a = _surface_velocity(header, query.world, colliders[i], states[a], point)
+            moved_b = _surface_velocity(header, query.world, colliders[j], states[b], point)
+            vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
+        if swapped:
+            vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))
+        _set_frame(colliders[i], states[a], colliders[j], states[b], contact)
+    return count
 
 
 @kernel
@@ -85,34 +155,9 @@ def collide_bodies(header, query_address, bodies, states, a, b, count):
 
     The query holds margin, world, and where contacts go. Normals point from a to b.
     """
-    query = query_at(query_address)
-    contacts = contact_list(query)
-    colliders = colliders_of(header)
-    num_colliders = colliders.shape[0]
     body_a = bodies[a]
     body_b = bodies[b]
     for i in range(body_a.first_collider, body_a.first_collider + body_a.num_colliders):
         for j in range(body_b.first_collider, body_b.first_collider + body_b.num_colliders):
-            start = count
-            swapped = colliders[i].shape > colliders[j].shape
-            if swapped:
-                count = _ask(header, query, query_address, colliders[j], states[b], colliders[i], states[a], count)
-            else:
-                count = _ask(header, query, query_address, colliders[i], states[a], colliders[j], states[b], count)
-            for index in range(start, min(count, contacts.shape[0])):
-                contact = contacts[index]
-                contact.pair = i * num_colliders + j
-                contact.body_a = a
-                contact.body_b = b
-                contact.radius_a = _rounding(colliders[i])
-                contact.radius_b = _rounding(colliders[j])
-                vec3.store(contact.surface_velocity, vec3.ZERO)
-                if header.moving_heights == 1:
-                    point = vec3.load(contact.position)
-                    moved_a = _surface_velocity(header, query.world, colliders[i], states[a], point)
-                    moved_b = _surface_velocity(header, query.world, colliders[j], states[b], point)
-                    vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
-                if swapped:
-                    vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))
-                contact.frame = _frame(colliders[i], states[a], colliders[j], states[b], vec3.load(contact.normal))
+            count = collide_pair(header, query_address, states, a, i, b, j, count)
     return count

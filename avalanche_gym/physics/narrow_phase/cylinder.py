@@ -95,29 +95,38 @@ def rim_direction(local, k):
 
 
 @kernel
+def toward_plane(radius, half_length, down, k):
+    """Point k, 0 to 4, of the contacts with a plane, if there is one; ``down``: unit, against its normal.
+
+    All in the cylinder's own frame. Point 4 is the lowest one of a flat cap, of use only where it is clearly lower.
+
+    Returns:
+        The point [m], its feature, and whether there is one.
+    """
+    if abs(down[2]) < STANDING:
+        tilt = math.sqrt(down[0] * down[0] + down[1] * down[1])
+        point = (radius * down[0] / tilt, radius * down[1] / tilt, half_length if k == 1 else -half_length)
+        return point, k, k < 2
+    x, y, feature, tilt = rim_direction(down, k)
+    point = (radius * x, radius * y, math.copysign(half_length, down[2]))
+    return point, feature, k < 4 or tilt <= FLAT_CAP
+
+
+@kernel
 def cylinder_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, margin, contacts, count):
     """Up to four contacts around the rim that looks down, or one below each end of a lying cylinder."""
     up = mat3.column(rotation_b, 2)
     radius, half_length = size_a[0], size_a[1]
     height = vec3.dot(up, vec3.sub(position_a, position_b))
-    rise = mat3.apply_transposed(rotation_a, up)
-    tilt = math.sqrt(rise[0] * rise[0] + rise[1] * rise[1])
-    if height - abs(rise[2]) * half_length - tilt * radius > margin:
-        return count
-    down = vec3.neg(rise)
-    if abs(rise[2]) < STANDING:
-        x, y = radius * down[0] / tilt, radius * down[1] / tilt
-        for end in range(2):
-            local = (x, y, half_length if end == 1 else -half_length)
-            point = vec3.add(position_a, mat3.apply(rotation_a, local))
-            count = emit_above_plane(point, 0.0, height + vec3.dot(rise, local), up, margin, end, contacts, count)
+    down = vec3.neg(mat3.apply_transposed(rotation_a, up))
+    tilt = math.sqrt(down[0] * down[0] + down[1] * down[1])
+    if height - abs(down[2]) * half_length - tilt * radius > margin:
         return count
     lowest = math.inf
     for k in range(5):
-        x, y, feature, tilt = rim_direction(down, k)
-        local = (radius * x, radius * y, math.copysign(half_length, down[2]))
-        above = height + vec3.dot(rise, local)
-        if k < 4 or (tilt <= FLAT_CAP and above < lowest - CLEARLY_LOWER * radius):
+        local, feature, exists = toward_plane(radius, half_length, down, k)
+        above = height - vec3.dot(down, local)
+        if exists and (k < 4 or above < lowest - CLEARLY_LOWER * radius):
             lowest = min(lowest, above)
             point = vec3.add(position_a, mat3.apply(rotation_a, local))
             count = emit_above_plane(point, 0.0, above, up, margin, feature, contacts, count)

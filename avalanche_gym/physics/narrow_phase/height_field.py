@@ -18,11 +18,14 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
-from .height_field_grid import cell_index, grid_of, list_features, sample
-from .terrain_candidates import add_candidate, emit_candidates
+from ..model import SPHERE
+from .height_field_grid import cell_index, cell_range, grid_of, list_features, outside, sample
+from .height_field_walls import wall_in_front
+from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
+    CENTER_ROW,
     CORNER_ROW,
     get,
     margin_of,
@@ -36,7 +39,7 @@ SEARCH_CELLS = 3.0
 
 
 @kernel
-def _cells(grid, rows, columns, p, reach):
+def cells_around(grid, rows, columns, p, reach):
     """First and last row, first and last column of the cells within ``reach`` [m] along x and y of p."""
     return (
         cell_index(p[1] - reach - grid[1], grid[5], rows - 1),
@@ -47,7 +50,7 @@ def _cells(grid, rows, columns, p, reach):
 
 
 @kernel
-def _plane(grid, heights, corner, columns, upper):
+def slopes(grid, heights, corner, columns, upper):
     """Slopes dz/dx and dz/dy of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
     a = heights[corner]
     c = heights[corner + columns + 1]
@@ -59,7 +62,7 @@ def _plane(grid, heights, corner, columns, upper):
 
 
 @kernel
-def _surface_point(grid, heights, rows, columns, p):
+def surface_point(grid, heights, rows, columns, p):
     """p itself if it is free, else the point of the surface nearest to it."""
     x = (p[0] - grid[0]) * grid[4]
     y = (p[1] - grid[1]) * grid[5]
@@ -68,14 +71,14 @@ def _surface_point(grid, heights, rows, columns, p):
     column = min(int(x), columns - 2)
     row = min(int(y), rows - 2)
     corner = row * columns + column
-    slope_x, slope_y = _plane(grid, heights, corner, columns, 1 if y - row > x - column else 0)
+    slope_x, slope_y = slopes(grid, heights, corner, columns, 1 if y - row > x - column else 0)
     depth = heights[corner] + slope_x * (x - column) * grid[2] + slope_y * (y - row) * grid[3] - p[2]
     if depth <= 0.0:
         return p
     best = (p[0], p[1], p[2] + depth)
     best_square = depth * depth
     reach = min(depth, SEARCH_CELLS * max(grid[2], grid[3]))
-    first_row, last_row, first_column, last_column = _cells(grid, rows, columns, p, reach)
+    first_row, last_row, first_column, last_column = cells_around(grid, rows, columns, p, reach)
     for row in range(first_row, last_row + 1):
         for column in range(first_column, last_column + 1):
             a = sample(grid, heights, columns, row, column)
@@ -92,43 +95,112 @@ def _surface_point(grid, heights, rows, columns, p):
 
 
 @kernel
-def corners_against_faces(grid, heights, rows, columns, num_corners, scratch, count):
-    """Contacts of the faces with the corners of the shape, or balls around them; return the new count of candidates."""
+def over_facet(grid, r, slope_x, slope_y, upper):
+    """Whether the foot of a point above the plane of a facet lies on the facet; ``r`` [m] leads to it from corner A."""
+    over = r[2] - slope_x * r[0] - slope_y * r[1]
+    if over < -REGION_SLACK * (grid[2] + grid[3]):
+        return False
+    # Place in the cell of the foot, 0 to ``stretch``.
+    stretch = 1.0 + slope_x * slope_x + slope_y * slope_y
+    u = (r[0] * stretch + over * slope_x) * grid[4]
+    v = (r[1] * stretch + over * slope_y) * grid[5]
+    if upper == 1:
+        u, v = v, u
+    # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
+    tolerance = REGION_SLACK * stretch
+    return v >= -tolerance and v <= u + tolerance and u <= stretch + tolerance
+
+
+@kernel
+def reach_below(reach, height):
+    """Radius [m] of what a ball of radius ``reach`` has lower than ``height`` below its centre, seen from above."""
+    if height <= 0.0:
+        return reach
+    return math.sqrt(max(reach * reach - height * height, 0.0))
+
+
+@kernel
+def corners_against_faces(grid, heights, rows, columns, num_corners, highest, scratch, count):
+    """Contacts of the faces with the corners of the shape, or balls around them; return the new count of candidates.
+
+    ``highest``: from highest_below.
+    """
     radius = radius_of(scratch)
     reach = radius + margin_of(scratch)
-    slack = REGION_SLACK * (grid[2] + grid[3])
+    # With the slack of over_facet.
+    near_squared = (reach + REGION_SLACK * (grid[2] + grid[3])) ** 2
     for number in range(CORNER_ROW, CORNER_ROW + num_corners):
         p = get(scratch, number, 0)
-        base = _surface_point(grid, heights, rows, columns, p)
-        first_row, last_row, first_column, last_column = _cells(grid, rows, columns, base, reach)
+        if p[2] - highest > reach:
+            continue
+        base = surface_point(grid, heights, rows, columns, p)
+        wall, distance, n = wall_in_front(grid, heights, rows, columns, p, base)
+        if wall:
+            if distance <= reach:
+                position = vec3.add_scaled(p, -0.5 * (radius + distance), n)
+                feature = feature_of(POINT, int(scratch[number, 3]), WALL_PLACE, 0)
+                count = add_candidate(scratch, count, position, n, distance - radius, feature)
+            continue
+        is_free = base[0] == p[0] and base[1] == p[1] and base[2] == p[2]
+        first_row, last_row, first_column, last_column = cells_around(
+            grid, rows, columns, base, reach_below(reach, base[2] - highest)
+        )
         for row in range(first_row, last_row + 1):
             for column in range(first_column, last_column + 1):
                 corner = row * columns + column
                 a = sample(grid, heights, columns, row, column)
-                x = base[0] - a[0]
-                y = base[1] - a[1]
+                if is_free:
+                    low, high = cell_range(heights, columns, corner)
+                    apart = (
+                        outside(p[0], a[0], a[0] + grid[2]),
+                        outside(p[1], a[1], a[1] + grid[3]),
+                        outside(p[2], low, high),
+                    )
+                    if vec3.norm_squared(apart) > near_squared:
+                        continue
                 for upper in range(2):
-                    slope_x, slope_y = _plane(grid, heights, corner, columns, upper)
-                    # Vertical distances from the plane; times the cosine of its slope they are those along its normal.
-                    over = base[2] - a[2] - slope_x * x - slope_y * y
+                    slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
+                    # A vertical distance; times the cosine of the slope it is that along the normal.
                     height = p[2] - a[2] - slope_x * (p[0] - a[0]) - slope_y * (p[1] - a[1])
                     stretch = 1.0 + slope_x * slope_x + slope_y * slope_y  # 1 / cosine^2
-                    if over < -slack or (height > 0.0 and height * height > reach * reach * stretch):
+                    if height > 0.0 and height * height > reach * reach * stretch:
                         continue
-                    # Place in the cell of the point below the base, 0 to ``stretch``.
-                    u = (x * stretch + over * slope_x) * grid[4]
-                    v = (y * stretch + over * slope_y) * grid[5]
-                    if upper == 1:
-                        u, v = v, u
-                    # 0 <= v <= u <= 1 inside ABC, and the mirror image inside ACD.
-                    tolerance = REGION_SLACK * stretch
-                    if v >= -tolerance and v <= u + tolerance and u <= stretch + tolerance:
+                    if over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper):
                         cosine = 1.0 / math.sqrt(stretch)
                         n = (-cosine * slope_x, -cosine * slope_y, cosine)
                         gap = cosine * height - radius
                         position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
-                        count = add_candidate(scratch, count, position, n, gap, int(scratch[number, 3]))
+                        feature = feature_of(POINT, int(scratch[number, 3]), FACE_PLACE, 2 * corner + upper)
+                        count = add_candidate(scratch, count, position, n, gap, feature)
     return count
+
+
+@kernel
+def highest_below(grid, heights, rows, columns, scratch):
+    """The highest sample [m] of the cells under the shape's bounds; minus infinity if it lies beside the field."""
+    lower = get(scratch, BOUNDS_ROW, 0)
+    upper = get(scratch, BOUNDS_ROW, 3)
+    if lower[0] > -grid[0] or lower[1] > -grid[1] or upper[0] < grid[0] or upper[1] < grid[1]:
+        return -math.inf
+    first = cell_index(lower[0] - grid[0], grid[4], columns - 1)
+    last = cell_index(upper[0] - grid[0], grid[4], columns - 1) + 1
+    highest = -math.inf
+    for row in range(
+        cell_index(lower[1] - grid[1], grid[5], rows - 1), cell_index(upper[1] - grid[1], grid[5], rows - 1) + 2
+    ):
+        for index in range(row * columns + first, row * columns + last + 1):
+            highest = max(highest, heights[index])
+    return highest
+
+
+@kernel
+def _draw_in(highest, scratch):
+    """Narrow the bounds of a ball to the part of it that is not above ``highest`` [m]."""
+    center = get(scratch, CENTER_ROW, 0)
+    reach = reach_below(radius_of(scratch) + margin_of(scratch), center[2] - highest)
+    for axis in range(2):
+        scratch[BOUNDS_ROW, axis] = center[axis] - reach
+        scratch[BOUNDS_ROW, 3 + axis] = center[axis] + reach
 
 
 @kernel
@@ -159,21 +231,18 @@ def collide_height_field(
         scratch: (256, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
-    lower = get(scratch, BOUNDS_ROW, 0)
-    upper = get(scratch, BOUNDS_ROW, 3)
-    grid = grid_of(field)
-    if (
-        lower[2] > field.highest
-        or lower[0] > -grid[0]
-        or lower[1] > -grid[1]
-        or upper[0] < grid[0]
-        or upper[1] < grid[1]
-    ):
+    if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
+    grid = grid_of(field)
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
-    found = corners_against_faces(grid, heights, rows, columns, num_corners, scratch, np.int64(0))
+    highest = highest_below(grid, heights, rows, columns, scratch)
+    if scratch[BOUNDS_ROW, 2] > highest:
+        return count
+    if shape_a == SPHERE:
+        _draw_in(highest, scratch)
+    found = corners_against_faces(grid, heights, rows, columns, num_corners, highest, scratch, np.int64(0))
     item = 0
     while True:
         end, item = list_features(grid, heights, rows, columns, scratch, item)

@@ -22,8 +22,11 @@ from .terrain_shape import (
     CENTER_ROW,
     END_FEATURE_ROW,
     FIRST_FEATURE_ROW,
+    axes_of,
     get,
+    margin_of,
     put,
+    radius_of,
     reach_squared_of,
 )
 
@@ -64,20 +67,22 @@ def cell_index(distance, inverse_spacing, cells):
 
 
 @kernel
-def face_normal(grid, heights, corner, columns, upper):
-    """Unit normal of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
+def _upward(grid, heights, corner, columns, upper):
+    """Normal of a facet with z component 1."""
     a = heights[corner]
     c = heights[corner + columns + 1]
     if upper == 0:
         b = heights[corner + 1]
-        slope_x = (b - a) * grid[4]
-        slope_y = (c - b) * grid[5]
-    else:
-        d = heights[corner + columns]
-        slope_x = (c - d) * grid[4]
-        slope_y = (d - a) * grid[5]
-    s = 1.0 / math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    return (-s * slope_x, -s * slope_y, s)
+        return ((a - b) * grid[4], (b - c) * grid[5], 1.0)
+    d = heights[corner + columns]
+    return ((d - c) * grid[4], (a - d) * grid[5], 1.0)
+
+
+@kernel
+def face_normal(grid, heights, corner, columns, upper):
+    """Unit normal of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
+    n = _upward(grid, heights, corner, columns, upper)
+    return vec3.scale(1.0 / math.sqrt(vec3.norm_squared(n)), n)
 
 
 @kernel
@@ -120,13 +125,14 @@ def list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, e
     m1 = _wall(e)
     m2 = m1
     if row < rows - 1 and left_column >= 0:
-        left = face_normal(grid, heights, row * columns + left_column, columns, rise * shift)
+        left = _upward(grid, heights, row * columns + left_column, columns, rise * shift)
         m1 = vec3.cross(left, e)
     if right_row >= 0 and column < columns - 1:
-        right = face_normal(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
+        right = _upward(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
         m2 = vec3.cross(e, right)
     out = vec3.sub(vec3.cross(e, m1), vec3.cross(e, m2))
-    return put_edge(scratch, end, start, e, length, m1, m2, out)
+    number = 3 * (row * columns + column) + rise + rise * shift
+    return put_edge(scratch, end, start, e, length, m1, m2, out, number)
 
 
 @kernel
@@ -166,6 +172,44 @@ def list_vertex(grid, heights, rows, columns, row, column, scratch, end):
 
 
 @kernel
+def outside(value, low, high):
+    """Distance of a number from an interval."""
+    return max(low - value, value - high, 0.0)
+
+
+@kernel
+def cell_range(heights, columns, corner):
+    """Lowest and highest sample of the cell whose A is sample ``corner``."""
+    a, b = heights[corner], heights[corner + 1]
+    c, d = heights[corner + columns + 1], heights[corner + columns]
+    return min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
+
+
+@kernel
+def _meets_core(axes, half, reach, r, e):
+    """Whether the segment from r to r + e, seen from the middle of the shape, comes near its core: its box and axes."""
+    middle = vec3.add_scaled(r, 0.5, e)
+    near = True
+    for k in range(3):
+        axis = (axes[k], axes[3 + k], axes[6 + k])
+        near &= abs(vec3.dot(axis, middle)) <= half[k] + reach + 0.5 * abs(vec3.dot(axis, e))
+    return near
+
+
+@kernel
+def _meets_ball(reach_squared, r, e):
+    """Whether the segment from r to r + e comes within reach of the origin."""
+    along = -vec3.dot(r, e)
+    length_squared = vec3.norm_squared(e)
+    if along >= length_squared:
+        return vec3.norm_squared(vec3.add(r, e)) <= reach_squared
+    square = vec3.norm_squared(r)
+    if along > 0.0:
+        square -= along * along / length_squared
+    return square <= reach_squared
+
+
+@kernel
 def list_features(grid, heights, rows, columns, scratch, item):
     """List what sticks out within the bounds of the shape, from sample ``item`` of its footprint on.
 
@@ -175,6 +219,9 @@ def list_features(grid, heights, rows, columns, scratch, item):
     lower = get(scratch, BOUNDS_ROW, 0)
     upper = get(scratch, BOUNDS_ROW, 3)
     center = get(scratch, CENTER_ROW, 0)
+    half = get(scratch, CENTER_ROW, 3)
+    axes = axes_of(scratch)
+    reach = radius_of(scratch) + margin_of(scratch)
     reach_squared = reach_squared_of(scratch)
     # Samples whose edges can reach into the footprint.
     first_row = cell_index(lower[1] - grid[1], grid[5], rows)
@@ -188,30 +235,37 @@ def list_features(grid, heights, rows, columns, scratch, item):
     while row <= last_row:
         if end + ROWS_OF_SAMPLE > END_FEATURE_ROW:
             return end, item
-        v = sample(grid, heights, columns, row, column)
-        r = vec3.sub(center, v)
-        for edge in range(3):
-            rise = 0 if edge == 0 else 1
-            shift = 0 if edge == 1 else 1
-            if not _is_convex(heights, rows, columns, row, column, rise, shift, grid[6]):
-                continue
-            z = heights[(row + rise) * columns + column + shift] - v[2]
-            if max(v[2], v[2] + z) < lower[2] or min(v[2], v[2] + z) > upper[2]:
-                continue
-            # Distance of the edge from the middle of the shape.
-            e = (shift * grid[2], rise * grid[3], z)
-            length_squared = vec3.norm_squared(e)
-            along = vec3.dot(r, e)
-            distance_squared = vec3.norm_squared(r)
-            if along > 0.0:
-                if along < length_squared:
-                    distance_squared -= along * along / length_squared
-                else:
-                    distance_squared = vec3.norm_squared(vec3.sub(r, e))
-            if distance_squared <= reach_squared:
-                end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
-        if vec3.norm_squared(r) <= reach_squared and lower[2] <= v[2] <= upper[2]:
-            end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
+        x = grid[0] + column * grid[2]
+        y = grid[1] + row * grid[3]
+        corner = row * columns + column
+        z = heights[corner]
+        r = (x - center[0], y - center[1], z - center[2])
+        near = True
+        bent = True
+        if 0 < row < rows - 1 and 0 < column < columns - 1:
+            b, c, d = heights[corner + 1], heights[corner + columns + 1], heights[corner + columns]
+            lowest = min(min(z, b), min(c, d))
+            highest = max(max(z, b), max(c, d))
+            apart = (
+                outside(center[0], x, x + grid[2]),
+                outside(center[1], y, y + grid[3]),
+                outside(center[2], lowest, highest),
+            )
+            near = lowest <= upper[2] and highest >= lower[2] and vec3.norm_squared(apart) <= reach_squared
+            # The three edges at once, as in _is_convex.
+            ahead = z + b - c - heights[corner - columns]
+            aside = z + d - c - heights[corner - 1]
+            bent = max(ahead, aside, z + c - b - d) > grid[6]
+        if near:
+            for edge in range(3 if bent else 0):
+                rise = 0 if edge == 0 else 1
+                shift = 0 if edge == 1 else 1
+                if _is_convex(heights, rows, columns, row, column, rise, shift, grid[6]):
+                    e = (shift * grid[2], rise * grid[3], heights[(row + rise) * columns + column + shift] - z)
+                    if _meets_ball(reach_squared, r, e) and _meets_core(axes, half, reach, r, e):
+                        end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
+            if _meets_core(axes, half, reach, r, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared:
+                end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
         item += 1
         column += 1
         if column > last_column:

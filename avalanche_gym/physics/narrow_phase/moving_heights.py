@@ -1,7 +1,7 @@
 """The velocity of a height field's surface where its samples move.
 
 A sample moves along the field's z axis at its rate, and a facet follows its three corners, so the velocity at a point
-of the surface is the rate interpolated there as the heights are.
+of the surface is the rate interpolated there as the heights are; on a smooth surface, the spline through the rates.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from ..maths import mat3, vec3
 from ..memory import height_rates_of, table
 from ..model import HEIGHT_FIELD_ROW
 from .height_field_grid import cell_index, grid_of
+from .smooth_surface import coefficients_of, height, patch_of
 
 
 @kernel
@@ -31,8 +32,14 @@ def height_velocity(header, world, row, position, rotation, point):
     """
     field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[row]
     rates = height_rates_of(header, world)
-    grid = grid_of(field)
     local = mat3.apply_transposed(rotation, vec3.sub(point, position))
+    if field.smooth == 1:
+        patch = patch_of(field)
+        x = min(max(local[0], patch[0]), patch[6])
+        y = min(max(local[1], patch[1]), patch[7])
+        rate = height(patch, coefficients_of(field, rates), x, y)
+        return vec3.scale(rate, mat3.column(rotation, 2))
+    grid = grid_of(field)
     x = local[0] - grid[0]
     y = local[1] - grid[1]
     column = cell_index(x, grid[4], field.columns - 1)

@@ -1,10 +1,14 @@
-"""The function of each pair of shapes, as a stage: a scene compiles those that can occur in it."""
+"""The function of each pair of shapes, as a stage: a scene compiles those that can occur in it.
+
+Every stage opens the query the same way: ``opened`` gives what a pair of closed forms takes, ``height_field_pools``,
+``mesh_pools``, ``hull_pools`` and ``hull_of`` the tables of shapes.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..jit import Stage, stage
+from ..jit import Stage, kernel, stage
 from ..memory import header_at, heights_of, table
 from ..model import (
     BOX,
@@ -14,12 +18,14 @@ from ..model import (
     HEIGHT_FIELD,
     HEIGHT_FIELD_ROW,
     HULL,
+    HULL_EDGE_ROW,
     HULL_FACE_ROW,
     HULL_ROW,
     MESH,
     MESH_ROW,
     NODE_ROW,
     PLANE,
+    SMOOTH_FIELD,
     SPHERE,
     VERTEX_ROW,
 )
@@ -27,146 +33,148 @@ from .box import box_box
 from .capsule import capsule_box, capsule_capsule
 from .cylinder import cylinder_plane, sphere_cylinder
 from .height_field import collide_height_field
-from .hull import collide_convex, hull_plane
+from .height_field_solids import collide_cylinder_height_field, collide_hull_height_field
+from .hull import collide_convex
+from .hull_plane import hull_plane
 from .mesh import collide_mesh
+from .mesh_plane import collide_plane_mesh
+from .mesh_solids import collide_cylinder_mesh, collide_hull_mesh
 from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
 from .plane import box_plane, capsule_plane, sphere_plane
+from .smooth_field import collide_box, collide_cylinder, collide_hull, collide_rounded
 from .sphere import sphere_box, sphere_capsule, sphere_sphere
+from .terrain_hull import hull_tables
+
+
+@kernel
+def opened(query):
+    """Both placed shapes, the margin, and the list of contacts."""
+    position_a, rotation_a, size_a = first_of(query)
+    position_b, rotation_b, size_b = second_of(query)
+    return position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contact_list(query)
+
+
+@kernel
+def height_field_pools(query):
+    """Rows of all height fields, and their heights."""
+    header = header_at(query.header)
+    rows = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)
+    return rows, heights_of(header, query.world)
+
+
+@kernel
+def mesh_pools(query):
+    """Rows, vertices, faces and nodes of all meshes."""
+    header = header_at(query.header)
+    return (
+        table(header.meshes, header.meshes_size, MESH_ROW),
+        table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW),
+        table(header.mesh_faces, header.mesh_faces_size, FACE_ROW),
+        table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW),
+    )
+
+
+@kernel
+def hull_pools(query):
+    """Rows, points, faces and corners of all hulls."""
+    header = header_at(query.header)
+    return (
+        table(header.hulls, header.hulls_size, HULL_ROW),
+        table(header.hull_points, (header.hull_points_size // 3, 3), np.float64),
+        table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW),
+        table(header.hull_corners, header.hull_corners_size, np.int64),
+    )
+
+
+@kernel
+def hull_of(query):
+    """``hull`` of terrain_hull.py for the first shape."""
+    header = header_at(query.header)
+    rows, points, faces, corners = hull_pools(query)
+    edges = table(header.hull_edges, header.hull_edges_size, HULL_EDGE_ROW)
+    return hull_tables(rows, query.data_a, points, faces, corners, edges)
 
 
 @stage
 def sphere_sphere_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return sphere_sphere(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return sphere_sphere(*opened(query), count)
 
 
 @stage
 def sphere_capsule_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return sphere_capsule(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return sphere_capsule(*opened(query), count)
 
 
 @stage
 def sphere_box_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return sphere_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return sphere_box(*opened(query), count)
 
 
 @stage
 def sphere_plane_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return sphere_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return sphere_plane(*opened(query), count)
 
 
 @stage
 def capsule_capsule_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return capsule_capsule(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return capsule_capsule(*opened(query), count)
 
 
 @stage
 def capsule_box_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return capsule_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return capsule_box(*opened(query), count)
 
 
 @stage
 def capsule_plane_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return capsule_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return capsule_plane(*opened(query), count)
 
 
 @stage
 def box_box_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return box_box(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count, scratch_of(query)
-    )
+    return box_box(*opened(query), count, scratch_of(query))
 
 
 @stage
 def box_plane_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return box_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return box_plane(*opened(query), count)
 
 
 @stage
 def sphere_cylinder_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return sphere_cylinder(
-        position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count
-    )
+    return sphere_cylinder(*opened(query), count)
 
 
 @stage
 def cylinder_plane_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    contacts = contact_list(query)
-    return cylinder_plane(position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contacts, count)
+    return cylinder_plane(*opened(query), count)
 
 
 @stage
 def hull_plane_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, _ = first_of(query)
-    position_b, rotation_b, _ = second_of(query)
-    header = header_at(query.header)
-    hull = table(header.hulls, header.hulls_size, HULL_ROW)[query.data_a]
-    points = table(header.hull_points, (header.hull_points_size // 3, 3), np.float64)
-    return hull_plane(
-        position_a,
-        rotation_a,
-        hull,
-        points,
-        position_b,
-        rotation_b,
-        query.margin,
-        contact_list(query),
-        count,
-        scratch_of(query),
-    )
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, points, _, _ = hull_pools(query)
+    row = rows[query.data_a]
+    scratch = scratch_of(query)
+    return hull_plane(position_a, rotation_a, row, points, position_b, rotation_b, margin, contacts, count, scratch)
 
 
 @stage
 def convex_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, size_b = second_of(query)
-    header = header_at(query.header)
+    position_a, rotation_a, size_a, position_b, rotation_b, size_b, margin, contacts = opened(query)
     return collide_convex(
         query.shape_a,
         position_a,
@@ -178,12 +186,9 @@ def convex_stage(address, count):
         rotation_b,
         size_b,
         query.data_b,
-        table(header.hulls, header.hulls_size, HULL_ROW),
-        table(header.hull_points, (header.hull_points_size // 3, 3), np.float64),
-        table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW),
-        table(header.hull_corners, header.hull_corners_size, np.int64),
-        query.margin,
-        contact_list(query),
+        *hull_pools(query),
+        margin,
+        contacts,
         count,
         scratch_of(query),
     )
@@ -192,48 +197,110 @@ def convex_stage(address, count):
 @stage
 def height_field_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, _ = second_of(query)
-    header = header_at(query.header)
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[query.data_b]
-    return collide_height_field(
-        query.shape_a,
-        position_a,
-        rotation_a,
-        size_a,
-        position_b,
-        rotation_b,
-        field,
-        heights_of(header, query.world),
-        query.margin,
-        contact_list(query),
-        count,
-        scratch_of(query),
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
+    place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+
+
+@stage
+def cylinder_height_field_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
+    place = (position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_cylinder_height_field(
+        *place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query)
     )
+
+
+@stage
+def hull_height_field_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
+    place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
+    return collide_hull_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
 
 
 @stage
 def mesh_stage(address, count):
     query = query_at(address)
-    position_a, rotation_a, size_a = first_of(query)
-    position_b, rotation_b, _ = second_of(query)
-    header = header_at(query.header)
-    return collide_mesh(
-        query.shape_a,
-        position_a,
-        rotation_a,
-        size_a,
-        position_b,
-        rotation_b,
-        table(header.meshes, header.meshes_size, MESH_ROW)[query.data_b],
-        table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW),
-        table(header.mesh_faces, header.mesh_faces_size, FACE_ROW),
-        table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW),
-        query.margin,
-        contact_list(query),
-        count,
-        scratch_of(query),
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
+
+
+@stage
+def cylinder_mesh_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    place = (position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_cylinder_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
     )
+
+
+@stage
+def hull_mesh_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
+    return collide_hull_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+    )
+
+
+@stage
+def plane_mesh_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    place = (position_a, rotation_a, position_b, rotation_b)
+    return collide_plane_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+    )
+
+
+@stage
+def smooth_rounded_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
+    place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_rounded(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+
+
+@stage
+def smooth_box_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
+    place = (position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_box(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+
+
+@stage
+def smooth_cylinder_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, heights = height_field_pools(query)
+    place = (position_a, rotation_a, size_a, position_b, rotation_b)
+    return collide_cylinder(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+
+
+@stage
+def smooth_hull_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    hulls, points, faces, corners = hull_pools(query)
+    rows, heights = height_field_pools(query)
+    hull = (hulls[query.data_a], points, faces, corners)
+    place = (position_a, rotation_a, *hull, position_b, rotation_b)
+    return collide_hull(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
 
 
 # By the codes of the two shapes, the smaller first.
@@ -241,27 +308,37 @@ PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (SPHERE, SPHERE): sphere_sphere_stage,
     (SPHERE, CAPSULE): sphere_capsule_stage,
     (SPHERE, BOX): sphere_box_stage,
-    (SPHERE, PLANE): sphere_plane_stage,
-    (CAPSULE, CAPSULE): capsule_capsule_stage,
-    (CAPSULE, BOX): capsule_box_stage,
-    (CAPSULE, PLANE): capsule_plane_stage,
-    (BOX, BOX): box_box_stage,
-    (BOX, PLANE): box_plane_stage,
     (SPHERE, CYLINDER): sphere_cylinder_stage,
-    (CAPSULE, CYLINDER): convex_stage,
-    (BOX, CYLINDER): convex_stage,
-    (CYLINDER, CYLINDER): convex_stage,
-    (CYLINDER, PLANE): cylinder_plane_stage,
     (SPHERE, HULL): convex_stage,
-    (CAPSULE, HULL): convex_stage,
-    (BOX, HULL): convex_stage,
-    (CYLINDER, HULL): convex_stage,
-    (HULL, HULL): convex_stage,
-    (HULL, PLANE): hull_plane_stage,
+    (SPHERE, PLANE): sphere_plane_stage,
     (SPHERE, HEIGHT_FIELD): height_field_stage,
     (SPHERE, MESH): mesh_stage,
+    (CAPSULE, CAPSULE): capsule_capsule_stage,
+    (CAPSULE, BOX): capsule_box_stage,
+    (CAPSULE, CYLINDER): convex_stage,
+    (CAPSULE, HULL): convex_stage,
+    (CAPSULE, PLANE): capsule_plane_stage,
     (CAPSULE, HEIGHT_FIELD): height_field_stage,
     (CAPSULE, MESH): mesh_stage,
+    (BOX, BOX): box_box_stage,
+    (BOX, CYLINDER): convex_stage,
+    (BOX, HULL): convex_stage,
+    (BOX, PLANE): box_plane_stage,
     (BOX, HEIGHT_FIELD): height_field_stage,
     (BOX, MESH): mesh_stage,
+    (CYLINDER, CYLINDER): convex_stage,
+    (CYLINDER, HULL): convex_stage,
+    (CYLINDER, PLANE): cylinder_plane_stage,
+    (CYLINDER, HEIGHT_FIELD): cylinder_height_field_stage,
+    (CYLINDER, MESH): cylinder_mesh_stage,
+    (HULL, HULL): convex_stage,
+    (HULL, PLANE): hull_plane_stage,
+    (HULL, HEIGHT_FIELD): hull_height_field_stage,
+    (HULL, MESH): hull_mesh_stage,
+    (PLANE, MESH): plane_mesh_stage,
+    (SPHERE, SMOOTH_FIELD): smooth_rounded_stage,
+    (CAPSULE, SMOOTH_FIELD): smooth_rounded_stage,
+    (BOX, SMOOTH_FIELD): smooth_box_stage,
+    (CYLINDER, SMOOTH_FIELD): smooth_cylinder_stage,
+    (HULL, SMOOTH_FIELD): smooth_hull_stage,
 }

@@ -1,4 +1,4 @@
-"""Candidates of one pair of shape and terrain: collected, merged, reduced, numbered and handed over.
+"""Candidates of one pair of shape and terrain: collected, merged, reduced and handed over.
 
 A candidate is a row of the scratch table (terrain_shape.py): position (3) and outward normal (3) in the terrain's
 frame, gap, feature. "Outward" is from the terrain to the shape, against the normal of the contact.
@@ -11,16 +11,19 @@ again the one farthest from all kept ones, where distance counts position, and t
 size (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one
 of each direction.
 
-**Feature ids.** A candidate's feature names the part of the moving shape alone, so that it stays when the shape
-slides from one triangle to the next. Where one part touches in several places the places are numbered in the order of
-their normals, which does not depend on the triangulation either. Vertices of the terrain are named by their own
-number.
+**Feature ids.** A contact belongs to a point of the moving shape (a corner, the end of a capsule, a sphere), to the
+crossing of two edges, or to a vertex of the terrain. Crossings and vertices have one number for all their life. A
+point slides from facet to facet, and may touch several: its feature has the number of the point in front of that of
+the facet (model.SLIDING), so that one step knows each facet again, and the next one the point.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import mat3, vec3
+from ..model import PLACE_BITS, SLIDING
 from .manifold import emit
 from .terrain_shape import margin_of, put, scale_of
 
@@ -35,13 +38,13 @@ NORMAL_WEIGHT = 0.3
 MERGE_DISTANCE = 1e-6
 SAME_NORMAL = 1e-6
 
-# Features: a part of the moving shape, below 2^20; or a vertex of the terrain (number and part).
-TERRAIN_VERTEX = 1 << 30
-VERTEX_NUMBERS = 1 << 27
-RANKS = 1 << 6
-
-# Normals of contacts with one part are ordered along this direction, which is aligned with nothing in particular.
-GENERIC_DIRECTION = (0.2391, 0.5137, 0.8240)
+# Features. A part of the terrain is its kind and number; numbers beyond this one wrap around, which only the warm start
+# would notice.
+FACE_PLACE, EDGE_PLACE, VERTEX_PLACE, WALL_PLACE = 0, 1, 2, 3
+PLACE_NUMBERS = 1 << 24
+# What a contact belongs to, above the number of the part of the moving shape and its place.
+POINT, CROSSING, TERRAIN_VERTEX = 0, 1, 2
+PARTS = 1 << 24
 
 
 @kernel
@@ -83,6 +86,15 @@ def reduce_candidates(scratch, count, most):
 
 
 @kernel
+def feature_of(owner, part, kind, number):
+    """The feature of part number ``part`` of the moving shape with one of the terrain, below 2^52.
+
+    ``owner``: POINT, CROSSING or TERRAIN_VERTEX; ``kind``, ``number``: of the part of the terrain.
+    """
+    return (((owner * PARTS + part) << 2) + kind) * PLACE_NUMBERS + number % PLACE_NUMBERS
+
+
+@kernel
 def add_candidate(scratch, count, position, out, gap, feature):
     """Append a candidate unless it is there already; return the new count.
 
@@ -116,22 +128,20 @@ def add_candidate(scratch, count, position, out, gap, feature):
 
 @kernel
 def emit_candidates(scratch, num_candidates, position_b, rotation_b, contacts, count):
-    """Reduce the candidates, number them and emit them in the world frame; return the new count of contacts."""
+    """Reduce the candidates and emit them in the world frame; return the new count of contacts."""
     num_candidates = reduce_candidates(scratch, num_candidates, min(num_candidates, MOST_CONTACTS))
-    for i in range(num_candidates):
-        feature = int(scratch[i, 7])
-        if feature < TERRAIN_VERTEX:
-            rank = 0
-            for j in range(num_candidates):
-                if j != i and scratch[j, 7] == scratch[i, 7]:
-                    normal = 0.0
-                    position = 0.0
-                    for k in range(3):
-                        position += GENERIC_DIRECTION[k] * (scratch[j, k] - scratch[i, k])
-                        normal += GENERIC_DIRECTION[k] * (scratch[j, 3 + k] - scratch[i, 3 + k])
-                    if normal > SAME_NORMAL or (normal >= -SAME_NORMAL and position > 0.0):
-                        rank += 1
-            feature = feature * RANKS + rank
+    done = -1
+    for _ in range(num_candidates):
+        # In the order of their features, which stays from step to step and does not depend on the triangulation.
+        i = -1
+        for j in range(num_candidates):
+            later = done < 0 or scratch[j, 7] > scratch[done, 7] or (scratch[j, 7] == scratch[done, 7] and j > done)
+            if later and (i < 0 or scratch[j, 7] < scratch[i, 7]):
+                i = j
+        done = i
+        feature = np.int64(scratch[i, 7])
+        if feature >> PLACE_BITS < PARTS:
+            feature += SLIDING
         here = vec3.add(position_b, mat3.apply(rotation_b, (scratch[i, 0], scratch[i, 1], scratch[i, 2])))
         into = mat3.apply(rotation_b, (-scratch[i, 3], -scratch[i, 4], -scratch[i, 5]))
         count = emit(contacts, count, here, into, scratch[i, 6], feature)

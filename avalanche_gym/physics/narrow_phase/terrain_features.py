@@ -3,11 +3,11 @@
 A kind of terrain (height field, mesh) lists the edges and vertices that stick out near the shape; here they meet the
 shape. The list lies in the scratch table (terrain_shape.py) from FIRST_FEATURE_ROW on:
 
-    edge:    (0, start, direction e, length), (m1, m2, -, -), (out, -, -, -, -, -)
+    edge:    (0, start, direction e, length), (m1, m2, -, -), (out, number, -, -, -, -)
     vertex:  (number of spokes, position, out, vertex number), then one row (t, -, -, -, -, -) a spoke
 
-m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges (e, m1 and m2 are unit
-vectors), ``out`` points to the free side. They make the normal cone of triangle.py.
+m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges (e is a unit
+vector; m1 and m2 are at least that long), ``out`` points to the free side. They make the normal cone of triangle.py.
 
 The normal of every contact is that of a feature of the terrain whose normal cone holds it, exactly; the part of the
 box must be its extreme one against that normal. There a part counts as extreme too if it misses by at most ``TILT``,
@@ -24,7 +24,15 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from ..model import BOX, SPHERE
-from .terrain_candidates import TERRAIN_VERTEX, VERTEX_NUMBERS, add_candidate
+from .terrain_candidates import (
+    CROSSING,
+    EDGE_PLACE,
+    POINT,
+    TERRAIN_VERTEX,
+    VERTEX_PLACE,
+    add_candidate,
+    feature_of,
+)
 from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, put, radius_of
 from .triangle import REGION_SLACK
 
@@ -35,9 +43,6 @@ TILT = 0.02
 # Two edges are parallel below this sine; their contact is that of the end points, which are vertices of one of them.
 PARALLEL = 1e-7
 
-# Feature numbers of the parts of the moving shape: corners first (bits 1 for +x, 2 for +y, 4 for +z), then edges.
-EDGE_FEATURE = 8
-
 # Faces of a box are the parts 0 to 5 against a vertex of the terrain, its edges and corners this one.
 EDGE_PART = 6
 
@@ -45,7 +50,7 @@ MOST_SPOKES = 32  # of a vertex in the list; a mesh vertex with more takes its p
 
 
 @kernel
-def put_edge(scratch, row, start, e, length, m1, m2, out):
+def put_edge(scratch, row, start, e, length, m1, m2, out, number):
     """Append an edge to the list of features; return the next free row."""
     scratch[row, 0] = 0.0
     put(scratch, row, 1, start)
@@ -54,11 +59,12 @@ def put_edge(scratch, row, start, e, length, m1, m2, out):
     put(scratch, row + 1, 0, m1)
     put(scratch, row + 1, 3, m2)
     put(scratch, row + 2, 0, out)
+    scratch[row + 2, 3] = number
     return row + 3
 
 
 @kernel
-def _in_edge_cone(scratch, row, d):
+def in_edge_cone(scratch, row, d):
     return (
         vec3.dot(d, get(scratch, row + 1, 0)) <= REGION_SLACK
         and vec3.dot(d, get(scratch, row + 1, 3)) <= REGION_SLACK
@@ -67,7 +73,7 @@ def _in_edge_cone(scratch, row, d):
 
 
 @kernel
-def _in_vertex_cone(scratch, row, d, slack):
+def in_vertex_cone(scratch, row, d, slack):
     inside = vec3.dot(d, get(scratch, row, 4)) > 0.0
     for spoke in range(row + 1, row + 1 + int(scratch[row, 0])):
         t = get(scratch, spoke, 0)
@@ -113,13 +119,15 @@ def _rounded(scratch, row, count):
             continue
         distance = math.sqrt(square)
         d = vec3.scale(1.0 / distance, d)
-        feature = 4 * end
+        feature = feature_of(POINT, 4 * end, EDGE_PLACE, int(scratch[row + 2, 3]))
         if end == ends:
-            feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8
-        elif half_length > 0.0 and vec3.dot(d, axis) * along > TILT * half_length:
+            feature = feature_of(TERRAIN_VERTEX, 0, VERTEX_PLACE, int(scratch[row, 7]))
+        elif is_vertex:
+            feature = feature_of(POINT, 4 * end, VERTEX_PLACE, int(scratch[row, 7]))
+        if end < ends and half_length > 0.0 and vec3.dot(d, axis) * along > TILT * half_length:
             # The end of a capsule owns only what lies beyond it.
             continue
-        in_cone = _in_vertex_cone(scratch, row, d, REGION_SLACK) if is_vertex else _in_edge_cone(scratch, row, d)
+        in_cone = in_vertex_cone(scratch, row, d, REGION_SLACK) if is_vertex else in_edge_cone(scratch, row, d)
         if in_cone:
             gap = distance - radius
             count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
@@ -154,7 +162,7 @@ def _crossing(scratch, row, count):
                 continue
             side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
             d = vec3.scale(side / math.sqrt(sine_squared), d)
-            if not _in_edge_cone(scratch, row, d):
+            if not in_edge_cone(scratch, row, d):
                 continue
             j = (axis + 1) % 3
             k = (axis + 2) % 3
@@ -187,7 +195,7 @@ def _crossing(scratch, row, count):
                 if radius == 0.0 and vec3.dot(vec3.sub(center, foot), d) <= 0.0:
                     continue
                 if attempt == 1:
-                    feature = EDGE_FEATURE + 4 * axis + sides
+                    feature = feature_of(CROSSING, 4 * axis + sides, EDGE_PLACE, int(scratch[row + 2, 3]))
                     count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
                 elif gap > best_gap:
                     best_gap = gap
@@ -205,6 +213,13 @@ def _beside_corner(scratch, row, count):
     length = scratch[row, 7]
     margin = margin_of(scratch)
     center = get(scratch, CENTER_ROW, 0)
+    # Only beyond all three faces of a corner is the corner nearest.
+    r = vec3.sub(start, center)
+    for axis in range(3):
+        along = vec3.dot(axis_of(scratch, axis), r)
+        farthest = max(abs(along), abs(along + length * vec3.dot(axis_of(scratch, axis), e)))
+        if farthest < scratch[CENTER_ROW, 3 + axis] * (1.0 - REGION_SLACK):
+            return count
     for number in range(CORNER_ROW, CORNER_ROW + 8):
         p = get(scratch, number, 0)
         t = vec3.dot(vec3.sub(p, start), e)
@@ -220,9 +235,10 @@ def _beside_corner(scratch, row, count):
             beyond &= outward * vec3.dot(a, d) <= 0.0
         gap = math.sqrt(square)
         d = vec3.scale(1.0 / gap, d)
-        if beyond and _in_edge_cone(scratch, row, d):
+        if beyond and in_edge_cone(scratch, row, d):
             position = vec3.add_scaled(foot, 0.5 * gap, d)
-            count = add_candidate(scratch, count, position, d, gap, int(scratch[number, 3]))
+            feature = feature_of(POINT, int(scratch[number, 3]), EDGE_PLACE, int(scratch[row + 2, 3]))
+            count = add_candidate(scratch, count, position, d, gap, feature)
     return count
 
 
@@ -237,9 +253,9 @@ def _beside_box(scratch, row, x, gaps, count):
         d = vec3.add_scaled(d, -math.copysign(max(gaps[k], 0.0), x[k]), axis_of(scratch, k))
     gap = vec3.norm(d)
     d = vec3.scale(1.0 / gap, d)
-    if gap > margin_of(scratch) or not _in_vertex_cone(scratch, row, d, REGION_SLACK):
+    if gap > margin_of(scratch) or not in_vertex_cone(scratch, row, d, REGION_SLACK):
         return count
-    feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8 + EDGE_PART
+    feature = feature_of(TERRAIN_VERTEX, EDGE_PART, VERTEX_PLACE, int(scratch[row, 7]))
     position = vec3.add_scaled(get(scratch, row, 1), 0.5 * gap, d)
     return add_candidate(scratch, count, position, d, gap, feature)
 
@@ -268,10 +284,10 @@ def _under_box(scratch, row, count):
         refused |= 1 << axis
         side = math.copysign(1.0, x[axis])
         d = vec3.scale(-side, axis_of(scratch, axis))
-        if (outside == 1 and gaps[axis] < 0.0) or not _in_vertex_cone(scratch, row, d, TILT):
+        if (outside == 1 and gaps[axis] < 0.0) or not in_vertex_cone(scratch, row, d, TILT):
             continue
         part = 2 * axis + (1 if side > 0.0 else 0)
-        feature = TERRAIN_VERTEX + int(scratch[row, 7]) % VERTEX_NUMBERS * 8 + part
+        feature = feature_of(TERRAIN_VERTEX, part, VERTEX_PLACE, int(scratch[row, 7]))
         return add_candidate(scratch, count, vec3.add_scaled(v, 0.5 * gaps[axis], d), d, gaps[axis], feature)
     return count
 

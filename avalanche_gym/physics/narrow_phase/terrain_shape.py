@@ -1,7 +1,8 @@
 """The moving shape as terrain sees it: a core of corners and edges with a radius, in the terrain's frame.
 
 Sphere, capsule and box are the points within ``radius`` of a box whose half extents are zero along all axes (sphere),
-two (capsule) or none (box, radius 0).
+two (capsule) or none (box, radius 0). Of a cylinder or hull the table holds a box around it; their corners come in
+turns (terrain_hull.py) or depend on the face they meet (terrain_cylinder.py).
 
 All kernels of a pair of shape and terrain share the caller's (256, 8) scratch table and find what they need there, so a
 call passes two or three arguments instead of twenty:
@@ -62,6 +63,23 @@ def axis_of(scratch, axis):
 
 
 @kernel
+def axes_of(scratch):
+    """Rotation of the core, nine floats."""
+    a, b = AXES_ROW, AXES_ROW + 1
+    return (
+        scratch[a, 0],
+        scratch[a, 1],
+        scratch[a, 2],
+        scratch[a, 3],
+        scratch[a, 4],
+        scratch[a, 5],
+        scratch[a, 6],
+        scratch[a, 7],
+        scratch[b, 0],
+    )
+
+
+@kernel
 def margin_of(scratch):
     """[m]"""
     return scratch[CENTER_ROW, 7]
@@ -86,26 +104,16 @@ def reach_squared_of(scratch):
 
 
 @kernel
-def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch):
-    """Describe a shape in the scratch table; return its number of corners.
+def put_core(center, axes, half, radius, margin, scratch):
+    """Describe what all shapes have: a box ``half`` [m] about ``center`` that holds the core, in the terrain's frame.
 
     Args:
-        shape: its code.
-        position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
-        position_b, rotation_b: place of the terrain.
+        center: [m].
+        axes: its rotation, nine floats.
+        half, radius: [m].
         margin: [m].
         scratch: (256, 8).
     """
-    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
-    axes = mat3.multiply(mat3.transpose(rotation_b), rotation_a)
-    half = size_a
-    radius = 0.0
-    if shape == SPHERE:
-        half = vec3.ZERO
-        radius = size_a[0]
-    elif shape == CAPSULE:
-        half = (0.0, 0.0, size_a[1])
-        radius = size_a[0]
     put(scratch, CENTER_ROW, 0, center)
     put(scratch, CENTER_ROW, 3, half)
     scratch[CENTER_ROW, 6] = radius
@@ -120,13 +128,48 @@ def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, mar
             reach += abs(axes[3 * k + j]) * half[j]
         scratch[BOUNDS_ROW, k] = center[k] - reach
         scratch[BOUNDS_ROW, 3 + k] = center[k] + reach
+
+
+@kernel
+def put_corner(scratch, number, point, feature):
+    """Write corner ``number`` of the list: its place [m] in the terrain's frame and its feature number."""
+    put(scratch, CORNER_ROW + number, 0, point)
+    scratch[CORNER_ROW + number, 3] = feature
+
+
+@kernel
+def in_frame(position_a, rotation_a, position_b, rotation_b):
+    """Place of a shape in the frame of the terrain b: centre [m] and rotation."""
+    center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
+    return center, mat3.multiply(mat3.transpose(rotation_b), rotation_a)
+
+
+@kernel
+def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch):
+    """Describe a sphere, capsule or box in the scratch table; return its number of corners.
+
+    Args:
+        shape: its code.
+        position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
+        position_b, rotation_b: place of the terrain.
+        margin: [m].
+        scratch: (256, 8).
+    """
+    center, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
+    half = size_a
+    radius = 0.0
+    if shape == SPHERE:
+        half = vec3.ZERO
+        radius = size_a[0]
+    elif shape == CAPSULE:
+        half = (0.0, 0.0, size_a[1])
+        radius = size_a[0]
+    put_core(center, axes, half, radius, margin, scratch)
     num_corners = 0
     for corner in range(8):
         # Along an axis without extent there is one side only.
         if (half[0] > 0.0 or corner & 1 == 0) and (half[1] > 0.0 or corner & 2 == 0) and (half[2] > 0.0 or corner < 4):
             signs = (2.0 * (corner & 1) - 1.0, (corner & 2) - 1.0, 0.5 * (corner & 4) - 1.0)
-            row = CORNER_ROW + num_corners
-            put(scratch, row, 0, vec3.add(center, mat3.apply(axes, vec3.multiply(signs, half))))
-            scratch[row, 3] = corner
+            put_corner(scratch, num_corners, vec3.add(center, mat3.apply(axes, vec3.multiply(signs, half))), corner)
             num_corners += 1
     return num_corners

@@ -69,7 +69,7 @@ def place_end(body, start, flown, orientation, row, time_step, out):
 
 
 @kernel
-def predict_bodies(starts, ends, time_step, island_bodies, first_body, last_body, predicted, working):
+def predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working):
     """Places at the predicted end, those of ``ends``, and midway to it."""
     for index in range(first_body, last_body):
         handle = island_bodies[index]
@@ -120,7 +120,7 @@ def _back_to_middle(contact, predicted, working, vector):
     It turns with the body that carries the normal, spin about the normal included: then the velocities of all contacts
     of a pair turn alike, and contacts that stick at the end can stick in the problem that is solved.
     """
-    if contact.frame == BETWEEN:
+    if contact.frame == BETWEEN or contact.curved == 1:
         normal = vec3.load(contact.end_normal)
         middle = vec3.normalize(vec3.add(vec3.load(contact.start_normal), normal))
         axis = vec3.cross(normal, middle)
@@ -138,12 +138,12 @@ def _back_to_middle(contact, predicted, working, vector):
 
 
 @kernel
-def predict_geometry(bodies, starts, flown, time_step, contacts, order, first, last, predicted, working):
-    """Where each contact is at the predicted end; ``position`` and ``normal`` become those of the middle.
-
-    Returns whether a contact that does not last would close.
-    """
-    closes = False
+def predict_places(
+    bodies, starts, flown, ends, time_step, contacts, order, first, last, island_bodies, first_body, last_body,
+    predicted, working,
+):  # fmt: skip
+    """Bodies at the end that ``ends`` has so far, and midway to it; the contacts' fields ``end_*`` there."""
+    predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working)
     for index in range(first, last):
         contact = contacts[order[index]]
         a = contact.body_a
@@ -154,11 +154,25 @@ def predict_geometry(bodies, starts, flown, time_step, contacts, order, first, l
             _predict_support(starts[b], flown[b], predicted[b], working[b])
         contact.warm = 1 if bears_load(contact) else 0
         turn_contact(contact, starts[a], predicted[a], starts[b], predicted[b], time_step)
+
+
+@kernel
+def closes(contacts, order, first, last):
+    """Whether a contact of the island that does not last would close on the way."""
+    for index in range(first, last):
+        if contacts[order[index]].persistent == 0 and contacts[order[index]].end_gap < 0.0:
+            return True
+    return False
+
+
+@kernel
+def take_middle(predicted, working, contacts, order, first, last):
+    """Make ``position`` and ``normal`` of each contact those of the middle."""
+    for index in range(first, last):
+        contact = contacts[order[index]]
         position = vec3.add(vec3.load(contact.start_position), vec3.load(contact.end_position))
         vec3.store(contact.position, vec3.scale(0.5, position))
         vec3.store(contact.normal, _back_to_middle(contact, predicted, working, vec3.load(contact.end_normal)))
-        closes = closes or (contact.persistent == 0 and contact.end_gap < 0.0)
-    return closes
 
 
 @kernel
@@ -277,21 +291,16 @@ def add_creep(starts, ends, contacts, order, first, last):
 
 @kernel
 def prepare_lasting(
-    bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
-    predicted, working, ends,
+    bodies, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
+    predicted, working,
 ):  # fmt: skip
-    """Write the contact problem of one island about the middle of the way to the places that ``ends`` has so far.
-
-    Fills ``bias``, ``turning`` and mid geometry of the contacts, and ``working`` bodies. Returns False if a contact
-    would close: the island is struck.
+    """Write the contact problem of one island about the middle of the way to ``predicted``: contacts, and ``working``
+    bodies.
     """
-    predict_bodies(starts, ends, time_step, island_bodies, first_body, last_body, predicted, working)
-    if predict_geometry(bodies, starts, flown, time_step, contacts, order, first, last, predicted, working):
-        return False
+    take_middle(predicted, working, contacts, order, first, last)
     sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
     predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body, predicted, working)
     set_turning(bodies, predicted, working, time_step, contacts, order, first, last)
-    return True
 
 
 @kernel

@@ -27,7 +27,17 @@ from ..solver.exact import NEEDS_MEMORY, keep_impulses, solve_rows
 from ..solver.problem import prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
 from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
-from .lasting import MOST_PREDICTIONS, add_creep, came_true, end_lasting, expect_steady, note_sticking, prepare_lasting
+from .lasting import (
+    MOST_PREDICTIONS,
+    add_creep,
+    came_true,
+    closes,
+    end_lasting,
+    expect_steady,
+    note_sticking,
+    predict_places,
+    prepare_lasting,
+)
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
 
 
@@ -122,12 +132,19 @@ def _step_island(address, workspace_address, world, island):
     foreseen = False
     predictions = 0
     while not (struck or foreseen):
-        struck = not prepare_lasting(
-            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
-            predicted, working, ends,
+        predict_places(
+            bodies, starts, flown, ends, time_step, contacts, order, first, last, members, first_body, last_body,
+            predicted, working,
         )  # fmt: skip
+        if header.follow_contacts != 0:
+            call_stage(header.follow_contacts, address, workspace_address, world, first, last)
+        struck = closes(contacts, order, first, last)
         if struck:
             break
+        prepare_lasting(
+            bodies, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+            predicted, working,
+        )  # fmt: skip
         if not _solve(address, workspace_address, world, island):
             return False
         struck = newly_loaded(contacts, order, first, last)

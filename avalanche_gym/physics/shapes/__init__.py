@@ -7,6 +7,7 @@ from .convex_hull import ConvexHull
 from .cylinder import Cylinder
 from .height_field import HeightField
 from .plane import Plane
+from .radial_terrain import RadialTerrain
 from .shape import Shape
 from .sphere import Sphere
 from .triangle_mesh import TriangleMesh
@@ -19,6 +20,7 @@ __all__ = [
     "Cylinder",
     "HeightField",
     "Plane",
+    "RadialTerrain",
     "Shape",
     "Sphere",
     "TriangleMesh",

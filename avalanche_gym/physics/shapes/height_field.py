@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,20 +20,20 @@ SURFACES = ("facets", "smooth")
 
 @dataclass(frozen=True, eq=False, init=False)
 class HeightField(Shape):
-    """Solid below a surface z(x, y) over a rectangle centred on its origin; without a bottom; nothing outside.
+    """Solid below a surface z(x, y) over a rectangle centred on its origin, without a bottom.
+
+    Its sides are upright walls, and nothing is outside.
 
     Args:
         heights: (rows, columns) [m], at least 2 x 2; rows along y, columns along x, row 0 at -y, column 0 at -x.
         size: (extent along x, extent along y) [m], positive.
         surface: "facets": two triangles a cell, the diagonal joins (row, column) and (row + 1, column + 1); "smooth": a
-            surface through the samples whose slope is continuous.
+            bicubic spline through the samples, with continuous slope and curvature (height_spline.py).
     """
 
     heights: NDArray[np.float64]  # (rows, columns) [m], read-only
     extent: tuple[float, float]  # [m] along x, along y
     surface: str
-
-    code: ClassVar[int] = model.HEIGHT_FIELD
 
     def __init__(self, heights: ArrayLike, size: Sequence[float], surface: str = "facets") -> None:
         what = "heights of shape (rows, columns), at least 2 x 2, in m"
@@ -47,6 +48,48 @@ class HeightField(Shape):
         object.__setattr__(self, "heights", checked)
         object.__setattr__(self, "extent", (float(extent[0]), float(extent[1])))
         object.__setattr__(self, "surface", surface)
+
+    @classmethod
+    def from_image(
+        cls,
+        image: ArrayLike | str | os.PathLike[str],
+        size: Sequence[float],
+        *,
+        lowest: float = 0.0,
+        highest: float = 1.0,
+        surface: str = "facets",
+    ) -> HeightField:
+        """Terrain from a grey picture: black is low, white is high, its upper edge lies at +y.
+
+        Args:
+            image: (rows, columns) pixels, whole numbers that span their type (uint8, uint16) or floats from 0 to 1; or
+                a file that Pillow reads (PNG, TIFF ...). Colours are turned to grey.
+            size: (extent along x, extent along y) [m].
+            lowest: [m] height of black.
+            highest: [m] height of white.
+            surface: as in HeightField.
+        """
+        pixels = _read_grey(image) if isinstance(image, (str, os.PathLike)) else np.asarray(image)
+        if pixels.ndim != 2:
+            raise ValueError(
+                f"HeightField.from_image(image) has shape {pixels.shape}; give grey pixels of shape (rows, columns)."
+            )
+        if np.issubdtype(pixels.dtype, np.integer):
+            grey = pixels.astype(np.float64) / np.iinfo(pixels.dtype).max
+        else:
+            grey = checks.finite_array("HeightField.from_image(image)", pixels, (None, None), "floats from 0 to 1")
+        if grey.min() < 0.0 or grey.max() > 1.0:
+            raise ValueError(
+                f"HeightField.from_image(image) spans {grey.min():g} to {grey.max():g}; give uint8, uint16, or floats "
+                "from 0 to 1. Heights in m go to HeightField itself."
+            )
+        low = checks.finite_number("HeightField.from_image(lowest)", lowest)
+        high = checks.finite_number("HeightField.from_image(highest)", highest)
+        return cls(low + (high - low) * grey[::-1], size, surface)
+
+    @property
+    def code(self) -> int:
+        return model.SMOOTH_FIELD if self.surface == "smooth" else model.HEIGHT_FIELD
 
     @property
     def size(self) -> tuple[float, float, float]:
@@ -67,3 +110,19 @@ class HeightField(Shape):
             'HeightField has no bottom, so no mass: give its body motion="static" or "kinematic", '
             "or use a closed TriangleMesh."
         )
+
+
+def _read_grey(path: str | os.PathLike[str]) -> NDArray[Any]:
+    """Pixels of a picture as uint8 or, where it has 16 bits of grey, uint16."""
+    if not os.path.isfile(path):
+        raise ValueError(f"HeightField.from_image(image)={os.fspath(path)!r} is not a file. Check the path.")
+    try:
+        from PIL import Image
+    except ImportError:
+        raise ImportError(
+            "HeightField.from_image(path) needs Pillow: pip install pillow, or give the pixels as an array."
+        ) from None
+    with Image.open(path) as picture:
+        if picture.mode.startswith("I"):
+            return np.asarray(picture).astype(np.uint16)
+        return np.asarray(picture.convert("L"))

@@ -142,16 +142,15 @@ def _normals(points: Floats, triangles: Ints) -> Floats:
     return np.cross(b - a, c - a)
 
 
-def _edge_lengths(points: Floats, triangles: Ints) -> Floats:
-    """(m, 3) [m]; edge k leads from vertex k to k + 1."""
-    corners = points[triangles]
-    return np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-
-
-def _altitudes(points: Floats, triangles: Ints) -> Floats:
-    """(m,) [m] smallest height of each face."""
-    longest = _edge_lengths(points, triangles).max(axis=1)
-    return np.linalg.norm(_normals(points, triangles), axis=1) / np.where(longest > 0.0, longest, 1.0)
+def _altitudes(points: Floats, triangles: Ints, scaled: Floats | None = None) -> Floats:
+    """(m,) [m] smallest height of each face; ``scaled``: from _normals."""
+    longest = np.zeros(len(triangles))
+    for k in range(3):
+        side = points[triangles[:, (k + 1) % 3]] - points[triangles[:, k]]
+        np.maximum(longest, np.einsum("ij,ij->i", side, side), out=longest)
+    longest = np.sqrt(longest)
+    twice = np.linalg.norm(_normals(points, triangles) if scaled is None else scaled, axis=1)
+    return twice / np.where(longest > 0.0, longest, 1.0)
 
 
 def _drop_degenerate(points: Floats, triangles: Ints, height: float) -> tuple[Ints, int]:
@@ -326,26 +325,28 @@ def _tables(
     area = np.linalg.norm(scaled, axis=1)
     normals = scaled / area[:, None]
     rim = neighbours < 0
-    f, k = np.nonzero(~rim)
-    g = neighbours[f, k]
-    m1 = np.cross(normals[f], points[triangles[f, (k + 1) % 3]] - points[triangles[f, k]])
-    m1 /= np.linalg.norm(m1, axis=1)[:, None]
-    round_off = FLAT_ROUND_OFF * float(np.abs(points).max()) / _altitudes(points, triangles)
-    slack = FLAT_ANGLE + round_off[f] + round_off[g]
+    round_off = FLAT_ROUND_OFF * float(np.abs(points).max()) / _altitudes(points, triangles, scaled)
     # The sine of the bend: positive where the neighbour falls away from the plane of the face.
-    bend = -np.einsum("ij,ij->i", m1, normals[g])
-    flat = (np.abs(bend) <= slack) & (np.einsum("ij,ij->i", normals[f], normals[g]) > 0.0)
-    count, group = _components(f[flat], g[flat], m)
+    bend = np.zeros((m, 3))
+    is_flat = np.zeros((m, 3), bool)
+    for side in range(3):
+        f = np.flatnonzero(~rim[:, side])
+        g = neighbours[f, side]
+        m1 = np.cross(normals[f], points[triangles[f, (side + 1) % 3]] - points[triangles[f, side]])
+        sine = -np.einsum("ij,ij->i", m1, normals[g]) / np.linalg.norm(m1, axis=1)
+        alike = np.einsum("ij,ij->i", normals[f], normals[g]) > 0.0
+        bend[f, side] = sine
+        is_flat[f, side] = alike & (np.abs(sine) <= FLAT_ANGLE + round_off[f] + round_off[g])
+    f, k = np.nonzero(is_flat)
+    count, group = _components(f, neighbours[f, k], m)
     if count < m:
         shared = np.stack([np.bincount(group, weights=scaled[:, i], minlength=count) for i in range(3)], axis=1)
         shared = (shared / np.linalg.norm(shared, axis=1)[:, None])[group]
         lies_in = np.linalg.norm(shared - normals, axis=1) <= 2.0 * (FLAT_ANGLE + round_off)
         normals = np.where(lies_in[:, None], shared, normals)
 
-    sticks_out = rim.copy()
-    sticks_out[f, k] = ~flat if two_sided else (bend > 0.0) & ~flat
-    owned = sticks_out.copy()
-    owned[f, k] &= f < g
+    sticks_out = rim | (~is_flat if two_sided else (bend > 0.0) & ~is_flat)
+    owned = sticks_out & (rim | (np.arange(m)[:, None] < neighbours))
     starts, ends = triangles, np.roll(triangles, -1, axis=1)
     # Each edge of two faces is counted from both.
     weight = np.where(rim, 2, 1) * sticks_out

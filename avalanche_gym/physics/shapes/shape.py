@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,10 @@ Part = tuple["Shape", NDArray[np.float64], NDArray[np.float64]]
 class Shape(ABC):
     """An immutable solid or surface in its own frame; the frame is never moved to the centre of mass."""
 
-    code: ClassVar[int] = -1  # of the collider table (model.SPHERE ...); -1 for a compound, which has only parts
+    @property
+    @abstractmethod
+    def code(self) -> int:
+        """Of the collider table (model.SPHERE ...); -1 for a compound, which has only parts."""
 
     @property
     @abstractmethod

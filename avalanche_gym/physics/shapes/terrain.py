@@ -95,6 +95,13 @@ def octaves(
     return total
 
 
+def crater_profile(distance: Heights, rim: float) -> Heights:
+    """Height of a crater in units of its depth, at a distance in units of its radius: a bowl, its rim, the slope."""
+    bowl = (1.0 + rim) * distance**2 - 1.0
+    slope = rim * np.exp(-4.0 * np.maximum(distance - 1.0, 0.0))
+    return np.where(distance < 1.0, bowl, slope)
+
+
 def craters(
     rows: int,
     columns: int,
@@ -124,9 +131,7 @@ def craters(
     radii = radius[0] + (radius[1] - radius[0]) * generator.uniform(size=count) ** 2
     for (cx, cy), r in zip(centers, radii, strict=True):
         distance = np.hypot(x - cx, y - cy) / r
-        bowl = (1.0 + rim) * distance**2 - 1.0
-        ring = rim * np.exp(-4.0 * np.maximum(distance - 1.0, 0.0))
-        total += depth * r * np.where(distance < 1.0, bowl, ring)
+        total += depth * r * crater_profile(distance, rim)
     return total
 
 

@@ -1,0 +1,69 @@
+"""A triangle mesh against a plane: its vertices that stick out and are near the plane.
+
+Vertices of a flat face, or of a valley, carry nothing that the others do not. The plane takes the part of the terrain
+(terrain_candidates.py), with its normal reversed, for it is the first shape of the pair.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..jit import kernel
+from ..maths import mat3, vec3
+from .mesh import tables_of
+from .terrain_candidates import TERRAIN_VERTEX, VERTEX_PLACE, add_candidate, emit_candidates, feature_of
+from .terrain_shape import in_frame, put_core
+
+DOWN = (0.0, 0.0, -1.0)
+
+
+@kernel
+def _lowest(node, down):
+    """The largest coordinate [m] of a node's box along ``down``."""
+    reach = 0.0
+    for axis in range(3):
+        reach += down[axis] * (node.upper[axis] if down[axis] > 0.0 else node.lower[axis])
+    return reach
+
+
+@kernel
+def collide_plane_mesh(
+    position_a,
+    rotation_a,
+    position_b,
+    rotation_b,
+    mesh,
+    vertices,
+    faces,
+    nodes,
+    margin,
+    contacts,
+    count,
+    scratch,
+):
+    """Append the contacts of a plane (a) with a mesh (b); return the new count. Arguments as in mesh.py."""
+    origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
+    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
+    half = vec3.scale(0.5, vec3.sub(vec3.load(mesh.upper), vec3.load(mesh.lower)))
+    middle = vec3.scale(0.5, vec3.add(vec3.load(mesh.upper), vec3.load(mesh.lower)))
+    put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
+    down = mat3.apply_transposed(axes, DOWN)
+    found = np.int64(0)
+    node = 0
+    while node < nodes.shape[0]:
+        here = nodes[node]
+        if origin[2] - _lowest(here, down) > margin:
+            node = int(here.skip)
+            continue
+        for index in range(here.first, here.first + here.count):
+            face = faces[index]
+            for k in range(3):
+                if face.flags >> (3 + k) & 1:
+                    number = int(face.vertices[k])
+                    place = vec3.add(origin, mat3.apply(axes, vec3.load(vertices[number].position)))
+                    if place[2] <= margin:
+                        feature = feature_of(TERRAIN_VERTEX, 0, VERTEX_PLACE, number)
+                        position = (place[0], place[1], 0.5 * place[2])
+                        found = add_candidate(scratch, found, position, DOWN, place[2], feature)
+        node += 1
+    return emit_candidates(scratch, found, position_a, rotation_a, contacts, count)

@@ -1,0 +1,142 @@
+"""A flat face of a body over a hilltop of the smooth surface.
+
+With the outward unit normal m of the face, through the point o, the surface stands
+
+    w(x, y) = m . (q - o),    q = (x, y, z(x, y))
+
+in front of the face (negative: it has come through). Inside the face the contact is at a local minimum of w, where the
+normal of the surface is -m:
+
+    w_x = m_x + m_z z_x = 0,    w_y = m_y + m_z z_y = 0.
+
+Seeds are the samples of the field over the face that are lower in w than their eight neighbours, at most ``SEEDS``
+along x and y (then every second sample, or third, and so on); a hilltop that rises over them by less than the spline
+bends in one cell is missed. Each is followed by Newton's method; one that leaves the face is left to its edges.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..jit import kernel
+from ..maths import vec3
+from .smooth_surface import SMALLEST_STEP, jet, locate
+from .terrain_candidates import add_candidate
+from .terrain_shape import END_FREE_ROW, get, margin_of, put
+
+# Corners of the face in the last rows of the scratch table.
+MOST_CORNERS = 32
+CORNERS_ROW = END_FREE_ROW - MOST_CORNERS
+
+# Most seeds along x and y.
+SEEDS = 32
+# A face that looks up or sideways, by this z of its normal, has no hilltop in front.
+LOOKS_DOWN = -1e-6
+# A sample is lower than its neighbours if by this part of a cell: a flat floor has no hilltops.
+CLEARLY_LOWER = 1e-9
+MOST_STEPS = 20
+
+
+@kernel
+def put_corner(scratch, number, p):
+    """Write corner ``number`` of the face, in the terrain's frame, counter-clockwise seen from outside."""
+    put(scratch, CORNERS_ROW + number, 0, p)
+
+
+@kernel
+def _in_front(patch, c, m, o, row, column):
+    """w [m] at a sample, infinite outside the field."""
+    if row < 0 or column < 0 or row > patch[9] or column > patch[8]:
+        return math.inf
+    # The coefficients are weighted 1, 4, 1 at a sample.
+    z = 0.0
+    for k in range(3):
+        s = c[row + k, column] + 4.0 * c[row + k, column + 1] + c[row + k, column + 2]
+        z += 4.0 * s if k == 1 else s
+    x = patch[0] + column * patch[2]
+    y = patch[1] + row * patch[3]
+    return m[0] * (x - o[0]) + m[1] * (y - o[1]) + m[2] * (z / 36.0 - o[2])
+
+
+@kernel
+def _is_lowest(patch, c, m, o, row, column, stride, w):
+    for i in range(-1, 2):
+        for k in range(-1, 2):
+            if i != 0 or k != 0:
+                other = _in_front(patch, c, m, o, row + i * stride, column + k * stride)
+                if other < w + CLEARLY_LOWER * min(patch[2], patch[3]):
+                    return False
+    return True
+
+
+@kernel
+def _is_over_face(scratch, num_corners, radius, o, m, q):
+    """Whether q lies inside the polygon of the corners, or the disc about o, seen along m."""
+    if num_corners == 0:
+        d = vec3.sub(q, o)
+        return vec3.norm_squared(vec3.add_scaled(d, -vec3.dot(d, m), m)) <= radius * radius
+    for k in range(num_corners):
+        a = get(scratch, CORNERS_ROW + k, 0)
+        b = get(scratch, CORNERS_ROW + (k + 1) % num_corners, 0)
+        if vec3.dot(vec3.cross(m, vec3.sub(b, a)), vec3.sub(q, a)) < 0.0:
+            return False
+    return True
+
+
+@kernel
+def _follow(patch, c, m, x, y):
+    """The local minimum of w near x, y: whether there is one, x, y and z."""
+    cell = min(patch[2], patch[3])
+    for _ in range(MOST_STEPS):
+        j = jet(patch, c, x, y)
+        gx, gy = m[0] + m[2] * j[1], m[1] + m[2] * j[2]
+        hxx, hxy, hyy = m[2] * j[3], m[2] * j[4], m[2] * j[5]
+        determinant = hxx * hyy - hxy * hxy
+        if not (hxx > 0.0 and determinant > 0.0):
+            return False, x, y, j[0]
+        step_x = (hxy * gy - hyy * gx) / determinant
+        step_y = (hxy * gx - hxx * gy) / determinant
+        longest = max(abs(step_x), abs(step_y))
+        if longest > cell:
+            step_x, step_y = step_x * cell / longest, step_y * cell / longest
+        x, y = x + step_x, y + step_y
+        if not (patch[0] < x < patch[6] and patch[1] < y < patch[7]):
+            return False, x, y, j[0]
+        if longest <= SMALLEST_STEP * cell:
+            break
+    return True, x, y, jet(patch, c, x, y)[0]
+
+
+@kernel
+def collide_face(patch, c, m, o, low, high, num_corners, radius, depth, feature, scratch, count):
+    """Contacts of the inside of a face with the surface; return the new count.
+
+    Args:
+        m, o: outward unit normal of the face, and a point of it (the centre of a disc), terrain's frame.
+        low, high: (2,) bounds [m] of the face along x and y.
+        num_corners: of the polygon in the scratch table; 0 for a disc of ``radius`` [m].
+        depth: [m] a hilltop that is farther in is left to the other faces.
+    """
+    if m[2] > LOOKS_DOWN:
+        return count
+    first_column, _ = locate(low[0] - patch[0], patch[4], patch[8])
+    last_column, _ = locate(high[0] - patch[0], patch[4], patch[8])
+    first_row, _ = locate(low[1] - patch[1], patch[5], patch[9])
+    last_row, _ = locate(high[1] - patch[1], patch[5], patch[9])
+    stride = 1 + max(last_column - first_column + 1, last_row - first_row + 1) // SEEDS
+    margin = margin_of(scratch)
+    near = margin + stride * max(patch[2], patch[3])
+    for row in range(first_row, last_row + 2, stride):
+        for column in range(first_column, last_column + 2, stride):
+            w = _in_front(patch, c, m, o, row, column)
+            if w > near or not _is_lowest(patch, c, m, o, row, column, stride, w):
+                continue
+            found, x, y, z = _follow(patch, c, m, patch[0] + column * patch[2], patch[1] + row * patch[3])
+            q = (x, y, z)
+            gap = vec3.dot(m, vec3.sub(q, o))
+            if found and -depth <= gap <= margin and _is_over_face(scratch, num_corners, radius, o, m, q):
+                position = vec3.add_scaled(q, -0.5 * gap, m)
+                count = add_candidate(scratch, count, position, vec3.neg(m), gap, np.float64(feature))
+    return count

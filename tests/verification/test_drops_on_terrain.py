@@ -1,0 +1,150 @@
+"""Every shape dropped at random on rough ground: nobody falls through, nobody gains energy."""
+
+import numpy as np
+import pytest
+
+from avalanche_gym import physics
+from avalanche_gym.physics.shapes import terrain
+from avalanche_gym.physics.shapes.planet import bumpy_planet
+
+POINTS = np.random.default_rng(11).normal(size=(14, 3))
+SHAPES = {
+    "sphere": physics.Sphere(0.15),
+    "capsule": physics.Capsule(0.1, 0.15),
+    "box": physics.Box((0.2, 0.15, 0.1)),
+    "cylinder": physics.Cylinder(0.12, 0.15),
+    "hull": physics.ConvexHull(0.2 * POINTS / np.linalg.norm(POINTS, axis=1, keepdims=True)),
+    "compound": physics.Compound(
+        [
+            (physics.Box((0.2, 0.05, 0.05)), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+            (physics.Cylinder(0.08, 0.06), (0.2, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+            (physics.Sphere(0.08), (-0.2, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        ]
+    ),
+}
+GRAVITY = 9.81
+
+
+def random_rotation(rng):
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def dropped(scene, shape, place, rng, drops):
+    """A world of ``drops`` worlds, the body of each at a random place and turn."""
+    handle = scene.add_body(shape, density=1000.0, material=physics.Material(friction=0.5, rolling_friction=0.005))
+    world = physics.World(scene, num_worlds=drops, options=physics.Options(sleeping=False))
+    for index in range(drops):
+        world.set_state(
+            handle,
+            position=place(rng),
+            orientation=random_rotation(rng),
+            linear_velocity=rng.normal(size=3),
+            angular_velocity=3.0 * rng.normal(size=3),
+            world=index,
+        )
+    return world, handle
+
+
+def rough_field():
+    heights = terrain.octaves(65, 65, (16.0, 16.0), np.random.default_rng(3), amplitude=0.5, period=4.0, count=4)
+    # Nobody leaves it.
+    x, y = terrain.grid(65, 65, (16.0, 16.0))
+    return heights + 0.03 * np.maximum(np.hypot(x, y) - 4.0, 0.0) ** 2 * 4.0
+
+
+def depth_in_field(heights, size, position):
+    """Greatest depth [m] of points below the bilinear surface through the samples."""
+    rows, columns = heights.shape
+    u = (position[:, 0] / size[0] + 0.5) * (columns - 1)
+    v = (position[:, 1] / size[1] + 0.5) * (rows - 1)
+    j, i = np.clip(u.astype(int), 0, columns - 2), np.clip(v.astype(int), 0, rows - 2)
+    lowest = np.minimum.reduce([heights[i, j], heights[i + 1, j], heights[i, j + 1], heights[i + 1, j + 1]])
+    return float((lowest - position[:, 2]).max())
+
+
+def run(name, drops, seconds, ground):
+    rng = np.random.default_rng(sum(map(ord, name)))
+    scene = physics.Scene()
+    if ground == "planet":
+        scene.add_field(physics.PointGravity((0.0, 0.0, 0.0), mu=GRAVITY * 9.0))
+        planet = bumpy_planet(3.0, np.random.default_rng(5), amplitude=0.05)
+        scene.add_body(planet, motion="static")
+        radius = np.linalg.norm(planet.vertices, axis=1)
+
+        def place(rng):
+            direction = rng.normal(size=3)
+            return 3.8 * direction / np.linalg.norm(direction)
+
+        def depth(position):
+            # Its facets lie a little below the vertices.
+            return float((0.99 * radius.min() - np.linalg.norm(position, axis=1)).max())
+
+    else:
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
+        heights = rough_field()
+        scene.add_body(physics.HeightField(heights, (16.0, 16.0)), motion="static")
+
+        def place(rng):
+            return (*rng.uniform(-3.0, 3.0, 2), 1.6)
+
+        def depth(position):
+            return depth_in_field(heights, (16.0, 16.0), position)
+
+    world, handle = dropped(scene, SHAPES[name], place, rng, drops)
+    before = world.kinetic_energy() + world.potential_energy()
+    for _ in range(int(4 * seconds)):
+        world.step(60)
+        position = world.position[:, handle]
+        assert np.isfinite(position).all()
+        assert depth(position) <= 0.0
+    after = world.kinetic_energy() + world.potential_energy()
+    assert (after <= before + 1e-6 * np.abs(before)).all()
+    return world, handle
+
+
+def carpet(time):
+    """Heights [m] of a travelling wave in a wide bowl, and their rates [m/s]."""
+    x, y = terrain.grid(33, 33, (16.0, 16.0))
+    phase = 3.0 * time + 1.2 * x + 0.7 * y
+    return 0.03 * (x**2 + y**2) + 0.2 * np.sin(phase), 0.6 * np.cos(phase)
+
+
+def ride(name, drops, seconds):
+    rng = np.random.default_rng(sum(map(ord, name)))
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
+    ground = scene.add_body(physics.HeightField(carpet(0.0)[0], (16.0, 16.0)), motion="kinematic")
+    world, handle = dropped(scene, SHAPES[name], lambda rng: (*rng.uniform(-2.0, 2.0, 2), 1.6), rng, drops)
+    for step in range(int(240 * seconds)):
+        heights, rates = carpet(step / 240.0)
+        world.set_heights(ground, heights, rates)
+        world.step()
+        if step % 24 == 0:
+            position = world.position[:, handle]
+            assert np.isfinite(position).all()
+            assert depth_in_field(heights + rates / 240.0, (16.0, 16.0), position) <= 0.0
+
+
+@pytest.mark.parametrize("ground", ["field", "planet"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_few_drops(name, ground):
+    run(name, 4, 2.0, ground)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_few_rides_on_a_carpet(name):
+    ride(name, 3, 2.0)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("ground", ["field", "planet"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_hundred_drops(name, ground):
+    run(name, 100, 10.0, ground)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("name", SHAPES)
+def test_hundred_rides_on_a_carpet(name):
+    ride(name, 100, 5.0)
