@@ -21,7 +21,8 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test verify lint format types contracts pytest oldest-gymnasium docs build clean
+.PHONY: help setup demo test verify gate report report-quick bench lint format types contracts pytest oldest-gymnasium \
+	docs build clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-18s%s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -45,8 +46,20 @@ demo: $(READY)  ## train a lander for at most four minutes; model, curve and pic
 
 test: lint types contracts pytest  ## lint, types, import contracts and the test suite
 
-verify: $(READY) oldest-gymnasium  ## the long verification
+verify: $(READY) oldest-gymnasium gate  ## the long verification
 	$(RUN) -m pytest -m verify -n $(JOBS) --timeout 1200
+
+gate: $(READY)  ## errors, orders, verdicts and costs of the engine against the stored baseline
+	$(RUN) -m benchmarks.gate --quick
+
+bench: $(READY)
+	$(RUN) -m pip install --quiet -c constraints.txt -e '.[bench]'
+
+report: bench  ## speed against error of every engine into docs/report; under an hour, goes on where it was stopped
+	$(RUN) -m benchmarks.report
+
+report-quick: bench  ## the same in minutes, with three step sizes and a third of the curves, into runs/report
+	$(RUN) -m benchmarks.report --quick --fresh --out runs/report
 
 lint: $(READY)  ## ruff
 	$(RUN) -m ruff check

@@ -1,0 +1,337 @@
+"""Writes the page: tables and plots from the rows of data, and from nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from avalanche_gym.physics.scenes import HARD_CASES, UNBUILT, HardCase
+
+from ..peers import Engine
+from . import plots
+from .analysis import ROUND_OFF, cost_to_reach, error_split, fitted_order, performance_profile
+from .features import FeatureCost
+from .plan import FINEST, TIGHT, VERDICT_RATE, wants_split
+from .remarks import REMARKS
+from .table import FAILED, OK, REFUSED, TOO_LONG, UNSUPPORTED, Row
+
+THRESHOLDS = (1e-2, 1e-4, 1e-6, 1e-8)
+RATIOS = tuple(10 ** (k / 8) for k in range(33))  # 1 to 1e4
+
+
+def number(value: float) -> str:
+    """Two digits, or a dash."""
+    if math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "none"
+    return f"{value:.1e}" if value != 0.0 and not 0.01 <= abs(value) < 1000 else f"{value:.3g}"
+
+
+def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    rows = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(rows + ["| " + " | ".join(line) + " |" for line in lines]) + "\n"
+
+
+class Report:
+    """All rows, sorted by case and engine."""
+
+    def __init__(self, rows: Sequence[Row], engines: Sequence[Engine], features: Sequence[FeatureCost]) -> None:
+        self.rows, self.engines, self.features = rows, engines, features
+        self.by_case: dict[str, list[Row]] = defaultdict(list)
+        for row in rows:
+            self.by_case[row.case].append(row)
+        self.names = [engine.name for engine in engines]
+        self.defaults = {engine.name: engine.default_rate for engine in engines}
+
+    def curve(self, case: str, engine: str) -> list[Row]:
+        """Points of one line, coarse first."""
+        own = [row for row in self.by_case[case] if row.engine == engine and not row.tolerance and row.status == OK]
+        return sorted(own, key=lambda row: row.rate)
+
+    def at(self, case: str, engine: str, rate: int, tolerance: str = "") -> Row | None:
+        key = (case, engine, rate, tolerance)
+        return next((row for row in self.by_case[case] if row.key == key), None)
+
+    def has_curve(self, case: HardCase) -> bool:
+        return any(len(self.curve(case.name, name)) > 1 for name in self.names)
+
+    def cases(self) -> list[HardCase]:
+        return [case for name, case in HARD_CASES.items() if name in self.by_case]
+
+    # --- Tables -------------------------------------------------------------------------------------------------------
+
+    def verdicts(self) -> str:
+        lines = []
+        for case in self.cases():
+            title = f"[{case.title}](#{case.name.replace('_', '-')})" if self.has_curve(case) else case.title
+            line = [str(case.number), title, f"{number(case.passes_at)} {case.unit}"]
+            for engine in self.engines:
+                row = self.at(case.name, engine.name, VERDICT_RATE)
+                line.append(verdict(case, row) if row or engine.suits(case) else "-")
+            lines.append(line)
+        blank = [""] * (len(self.names) - 1)
+        lines += [[str(gap.number), gap.title, "", f"not built: {gap.lacking}", *blank] for gap in UNBUILT]
+        return table(["#", "case", "passes at", *self.names], lines)
+
+    def orders(self) -> str:
+        lines = []
+        for case in self.cases():
+            if not case.order or case.chaotic:
+                continue
+            line = [case.title]
+            for name in self.names:
+                curve = self.curve(case.name, name)
+                order = fitted_order([1.0 / row.rate for row in curve], [row.error for row in curve])
+                exact = len(curve) >= 3 and all(row.error <= ROUND_OFF for row in curve)
+                line.append("exact" if exact else number(order))
+            if any(entry != "-" for entry in line[1:]):
+                lines.append(line)
+        return table(["case", *self.names], lines)
+
+    def problems(self) -> list[tuple[HardCase, float]]:
+        """A case and an error to stay within; as many as some engine reaches with a curve behind it."""
+        curves = [case for case in self.cases() if max(len(self.curve(case.name, name)) for name in self.names) > 1]
+        return [(case, threshold) for case in curves if not case.chaotic for threshold in THRESHOLDS]
+
+    def costs(self, case: HardCase, threshold: float) -> list[float]:
+        return [cost_to_reach([(r.cost, r.error) for r in self.curve(case.name, n)], threshold) for n in self.names]
+
+    def thresholds(self) -> str:
+        lines = []
+        for case, threshold in self.problems():
+            costs = self.costs(case, threshold)
+            if not any(map(math.isfinite, costs)):
+                continue
+            best_peer = min(costs[1:], default=math.inf)
+            gain = best_peer / costs[0] if math.isfinite(costs[0]) else 0.0
+            lines.append([case.title, f"{threshold:.0e} {case.unit}", *map(number, costs), gain_text(gain)])
+        return table(["case", "error within", *self.names, "best peer / ours"], lines)
+
+    def split(self) -> str:
+        ours, lines = self.names[0], []
+        for case in self.cases():
+            found = [
+                self.at(case.name, ours, rate, tolerance)
+                for rate, tolerance in ((VERDICT_RATE, ""), (VERDICT_RATE, f"{TIGHT:g}"), (FINEST, f"{TIGHT:g}"))
+            ]
+            if wants_split(case) and all(row is not None and row.status == OK for row in found):
+                values = [row.error for row in found if row is not None]
+                parts = error_split(*values)
+                lines.append([case.title, number(values[0]), *map(number, parts.values()), number(found[0].residual)])  # type: ignore[union-attr]
+        return table(["case", "error", "solver", "time stepping", "what remains", "worst residual"], lines)
+
+    def tolerances(self) -> str:
+        ours = self.names[0]
+        loose = sorted({row.tolerance for row in self.rows if row.tolerance}, key=float, reverse=True)
+        lines = []
+        for case in self.cases():
+            found = [self.at(case.name, ours, VERDICT_RATE, tolerance) for tolerance in ("", *loose)]
+            if wants_split(case) and all(row is not None and row.status == OK for row in found[1:2]) and found[0]:
+                lines.append(
+                    [case.title, *(f"{number(row.error)} ({number(row.us_per_step)})" if row else "-" for row in found)]
+                )
+        return table(["case", "default", *loose], lines)
+
+    def stand(self) -> str:
+        """Where each scene stands against ten times better at equal cost."""
+        lines = []
+        for case in self.cases():
+            ours = self.curve(case.name, self.names[0])
+            rivals = [row for name in self.names[1:] for row in self.curve(case.name, name) if math.isfinite(row.error)]
+            if len(ours) < 2 or not rivals or case.chaotic:
+                continue
+            default = next((row for row in ours if row.rate == self.defaults[self.names[0]]), ours[0])
+            affordable = [row for row in rivals if row.cost <= default.cost]
+            if affordable:
+                best = min(affordable, key=lambda row: row.error)
+                ratio = best.error / default.error if default.error > 0.0 else math.inf
+                text = f"{best.engine} 1/{best.rate}: {number(best.error)}"
+            else:
+                best = min(rivals, key=lambda row: row.cost)
+                ratio, text = math.inf, f"none as cheap; {best.engine} 1/{best.rate} takes {number(best.cost)}"
+            verdict_ = (
+                "yes" if ratio >= 10.0 or (default.error <= ROUND_OFF and default.error <= best.error) else "**no**"
+            )
+            goal = case.goal.get(default.rate)
+            met = "-" if goal is None else "met" if default.error <= goal else f"missed ({number(goal)})"
+            missed = verdict_ != "yes" or met.startswith("missed")
+            remark = REMARKS.get(case.name, "") if missed else ""
+            lines.append([case.title, number(default.error), number(default.cost), text, verdict_, met, remark])
+        head = [
+            "case",
+            "ours, default",
+            "CPU s per s",
+            "best peer at no more cost",
+            "ten times better",
+            "goal at the default",
+            "why, and what it takes",
+        ]
+        return table(head, lines)
+
+    def statistics(self) -> str:
+        """Everything that chaotic cases measure, at the verdict's step."""
+        lines = []
+        for case in self.cases():
+            if case.chaotic:
+                for name in self.names:
+                    row = self.at(case.name, name, VERDICT_RATE)
+                    if row and row.errors:
+                        values = ", ".join(f"{key} {number(value)}" for key, value in row.errors.items())
+                        lines.append([case.title, name, number(row.cost), values])
+        return table(["case", "engine", "CPU s per s", "measured"], lines)
+
+    def failures(self) -> str:
+        seen: dict[tuple[str, str, str], list[str]] = defaultdict(list)
+        for row in self.rows:
+            if row.status in (FAILED, TOO_LONG, UNSUPPORTED, REFUSED):
+                seen[(row.engine, row.status, row.note)].append(f"{row.case} 1/{row.rate}")
+        lines = [
+            [engine, status, note.replace("|", "/"), ", ".join(dict.fromkeys(where))]
+            for (engine, status, note), where in sorted(seen.items())
+        ]
+        return table(["engine", "what", "note", "where"], lines)
+
+    def feature_table(self) -> str:
+        return table(
+            ["feature", "with [µs a step]", "without", "ratio"],
+            [[cost.feature, number(cost.with_it), number(cost.without), number(cost.ratio)] for cost in self.features],
+        )
+
+    # --- The page -----------------------------------------------------------------------------------------------------
+
+    def write(self, folder: Path, heading: dict[str, str]) -> None:
+        pictures = folder / "plots"
+        pictures.mkdir(parents=True, exist_ok=True)
+        sections = []
+        for case in self.cases():
+            if self.has_curve(case):
+                name = f"{case.name}.png"
+                if plots.work_precision(case, self.by_case[case.name], self.defaults, pictures / name):
+                    about = f"Truth: {case.truth}. Hard case {case.number}, scene `{case.name}`."
+                    sections.append(
+                        f"### {case.name.replace('_', '-')}\n\n{case.title}. {about}\n\n![{case.title}](plots/{name})\n"
+                    )
+        problems = [(case, t) for case, t in self.problems() if any(map(math.isfinite, self.costs(case, t)))]
+        costs = {n: [self.costs(case, t)[k] for case, t in problems] for k, n in enumerate(self.names)}
+        if problems:
+            plots.profile(RATIOS, performance_profile(costs, RATIOS), pictures / "profile.png")
+        if self.features:
+            values = [asdict(cost) for cost in self.features]
+            columns = [[value[key] for value in values] for key in ("feature", "with_it", "without")]
+            plots.bars(*columns, pictures / "features.png")  # type: ignore[arg-type]
+        settings = table(
+            ["engine", "version", "settings", "default step"],
+            [[e.name, e.version, e.settings, f"1/{e.default_rate}"] for e in self.engines],
+        )
+        text = PAGE.format(
+            machine=table(["", ""], [[key, value] for key, value in heading.items()]),
+            settings=settings,
+            stand=self.stand(),
+            verdicts=self.verdicts(),
+            statistics=self.statistics(),
+            thresholds=self.thresholds(),
+            orders=self.orders(),
+            split=self.split(),
+            tolerances=self.tolerances(),
+            features=self.feature_table(),
+            failures=self.failures(),
+            curves="\n".join(sections),
+            rate=VERDICT_RATE,
+            count=len(problems),
+            finest=FINEST,
+            tight=f"{TIGHT:g}",
+        )
+        (folder / "index.md").write_text(text)
+
+
+def verdict(case: HardCase, row: Row | None) -> str:
+    """Passed, failed and by how much, or why there is none."""
+    if row is None:
+        return "not run"
+    if row.status == OK:
+        if case.refusal == "required":
+            return "**fail** (accepted)"
+        word = "pass" if row.error <= case.passes_at else "**fail**"
+        return f"{word} ({number(row.error)})"
+    if row.status == REFUSED:
+        return "pass (refused)"
+    return {UNSUPPORTED: "cannot", TOO_LONG: "too long"}.get(row.status, "**fail** (error)")
+
+
+def gain_text(gain: float) -> str:
+    return "we do not reach it" if gain == 0.0 else "no peer reaches it" if math.isinf(gain) else f"{gain:.2g}"
+
+
+PAGE = """# Speed against error
+
+Written by `python -m benchmarks.report`; edit the program, not this page. Every figure is from `data.csv` beside it,
+whose last column is the command that measures that row again. Costs are CPU seconds of one core for each simulated
+second, the median of repeats with the smallest and largest as bars; building the scene, compiling and a first warm
+run are not in them. Errors are against closed forms or independent integrations (`avalanche_gym/physics/scenes`).
+Chaotic scenes are judged by invariants and statistics and have no order.
+
+{machine}
+{settings}
+## Where we stand
+
+Our default step against the most exact point of any peer that costs no more. The aim is an error ten times smaller.
+
+{stand}
+## Verdicts on the hard cases
+
+At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine has no such
+shape or feature. Input that must be refused is put to the peers past the checks of our scene description; an engine
+that takes it fails.
+
+{verdicts}
+## Chaotic scenes
+
+Invariants and statistics at 1/{rate} s. Overlaps of bodies [m] are measured for every engine by MuJoCo's
+collision tests.
+
+{statistics}
+## Cost to stay within an error
+
+CPU seconds per simulated second of the cheapest step from which on every finer one stays within the error, too.
+
+{thresholds}
+![Performance profile](plots/profile.png)
+
+Share of the {count} problems above (a scene and an error to stay within) that an engine solves within a multiple of
+the cheapest engine's cost (Dolan and Moré 2002).
+
+## Orders of convergence
+
+Slope of log error over log step; "exact" where round-off is all there is at every step.
+
+{orders}
+## Where our error comes from
+
+At the default step; "solver" is what a tolerance of {tight} takes away, "time stepping" what a step of 1/{finest} s
+then takes away. What remains is geometry (samples and facets in place of the smooth surface), a method that does not
+converge to the truth, or the rest of an error of low order.
+
+{split}
+Error, and CPU µs a step, by the tolerance of the contact solver:
+
+{tolerances}
+## What a scene needs
+
+The same scene with and without one feature, timed in turns.
+
+{features}
+![Cost of features](plots/features.png)
+
+## What failed, and what could not be run
+
+{failures}
+## Curves
+
+Rings mark the step that an engine takes by default, the dotted line the error at which the case counts as survived,
+the broad grey line the Pareto front. Errors of zero are drawn at 1e-17, motions that went to pieces at 1000.
+
+{curves}"""
