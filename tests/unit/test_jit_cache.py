@@ -109,7 +109,16 @@ def test_a_package_that_cannot_be_written_uses_the_users_cache(package, tmp_path
 
 
 # Files with what Python calls, and with what compiled code calls by address. Each has a stamp of its own.
-ROOTS = ("pipeline.py", "detection.py", "response/stage.py", "narrow_phase/pairs.py", "frames.py", "diagnostics.py")
+ROOTS = (
+    "pipeline.py",
+    "detection.py",
+    "response/stage.py",
+    "narrow_phase/pairs.py",
+    "frames.py",
+    "diagnostics.py",
+    "probes/ask.py",
+    "probes/overlap.py",
+)
 
 
 def kernel_files():
