@@ -39,7 +39,7 @@ CLOSING = 0.25
 SETTLED = 3e-7
 # A prediction whose contacts end within this fraction of the smaller body of where they were expected is good enough;
 # else the solution serves as the next prediction. Larger: order 1 where forces change abruptly.
-FORESEEN = 1e-4
+FORESEEN = 1e-6
 MOST_PREDICTIONS = 3
 
 
@@ -275,7 +275,8 @@ def add_creep(starts, ends, contacts, order, first, last):
     for index in range(first, last):
         contact = contacts[order[index]]
         creep = vec3.ZERO
-        if contact.stuck == 1 and contact.sticks == 1 and contact.radius_a == 0.0 and contact.radius_b == 0.0:
+        corner = contact.radius_a == 0.0 and contact.radius_b == 0.0 and contact.curved == 0
+        if corner and contact.stuck == 1 and contact.sticks == 1:
             a = contact.body_a
             b = contact.body_b
             carrier = a if contact.frame == ON_A else b
