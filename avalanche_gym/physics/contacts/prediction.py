@@ -103,14 +103,17 @@ def sort_out(time_step, contacts, order, first, last):
     """Set ``persistent`` of the contacts of one island, order[first:last]; return whether one strikes at once.
 
     On entry ``persistent`` says which bore load in the last step. Spread evenly over the step, an impulse that stops
-    an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows, the
-    contact does not last: it is an impact at the start of the step.
+    an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows,
+    the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
+    tangent within the step: the smooth step is for small turns.
     """
     struck = False
     for index in range(first, last):
         contact = contacts[order[index]]
         touches = contact.gap <= (TOUCH if contact.persistent == 1 else OVERLAP) * contact.size
         kept = max(contact.gap, 0.0) + 0.5 * time_step * contact.approach >= -CREEP * contact.size
+        linear = contact.gap + 0.5 * time_step * (contact.approach + contact.free)
+        kept = kept and abs(contact.free_gap - linear) <= SLACK * contact.size
         contact.persistent = 1 if touches and kept else 0
         struck = struck or (touches and not kept)
     return struck

@@ -31,6 +31,10 @@ from .response import add_impulse, clear, impulses_to_velocities, relative_veloc
 ROUND_OFF = 4 * 2.220446049250313e-16
 
 
+# Root of an energy [kg^1/2 m/s] whose square a float does not hold to full precision: nothing moves.
+NOTHING = 1e-145
+
+
 @kernel
 def load_on(rows, row):
     """The normal impulse [N s] that limits a moment."""
@@ -95,6 +99,6 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
             impulses += row.scale * vec3.norm_squared(impulse)
             magnitudes += row.scale * vec3.norm_squared(corrected)
     size = max(violation, math.sqrt(impulses))
-    if size == 0.0:
+    if size < NOTHING:
         return 0.0, 0.0
     return math.sqrt(squares) / size, ROUND_OFF * (math.sqrt(impulses) + math.sqrt(magnitudes)) / size
