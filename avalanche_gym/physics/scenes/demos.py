@@ -22,6 +22,7 @@ from ..shapes.terrain import grid, octaves
 from ..world import World
 
 GRAVITY = UniformGravity((0.0, 0.0, -9.81))  # [m/s^2]
+DENSITY = 1.0  # [kg/m^3] light enough that energies are numbers one can read
 GOLDEN = 0.5 * (1.0 + math.sqrt(5.0))
 
 Vector = NDArray[np.float64]
@@ -173,7 +174,7 @@ class Showcase(Demo):
     def start(self) -> dict[str, Any]:
         x, y = self.generator.uniform(-5.0, 5.0, 2)
         spin = self.generator.normal(0.0, 1.5, 3)
-        return {"position": (x, y, 9.0), "angular_velocity": spin, "material": self.material}
+        return {"position": (x, y, 9.0), "angular_velocity": spin, "density": DENSITY, "material": self.material}
 
     def has_left(self, position: Vector) -> NDArray[np.bool_]:
         return position[:, 2] < -15.0
@@ -222,7 +223,7 @@ class Terrain(Demo):
 
     def start(self) -> dict[str, Any]:
         x, y = self.generator.uniform(-4.0, 4.0, 2)
-        return {"position": (x, y, TERRAIN_HEIGHT + 3.0), "material": self.material}
+        return {"position": (x, y, TERRAIN_HEIGHT + 3.0), "density": DENSITY, "material": self.material}
 
     def has_left(self, position: Vector) -> NDArray[np.bool_]:
         return (position[:, 2] < -10.0) | (np.abs(position).max(axis=1) > 3.0 * TERRAIN_SIZE)
@@ -294,7 +295,7 @@ class Carpet(Demo):
 
     def start(self) -> dict[str, Any]:
         x, y = self.generator.uniform(-8.0, 8.0, 2)
-        return {"position": (x, y, 7.0), "material": self.material}
+        return {"position": (x, y, 7.0), "density": DENSITY, "material": self.material}
 
     def has_left(self, position: Vector) -> NDArray[np.bool_]:
         return position[:, 2] < -15.0
@@ -344,6 +345,7 @@ class Planet(Demo):
             "position": radius * up,
             "linear_velocity": speed * side,
             "angular_velocity": spin,
+            "density": DENSITY,
             "material": self.material,
         }
 
