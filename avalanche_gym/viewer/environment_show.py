@@ -49,7 +49,7 @@ class EnvironmentShow(Show):
         self._task = task
         self.name = id
         self.title = task.name
-        self.description = _first_sentence(type(self._env.unwrapped).__doc__ or "")
+        self.description = _summary(type(self._env.unwrapped).__doc__ or "")
         self.level, self.levels = task.level, tuple(task.level_ranges)
         self._policy = policy
         self.drivers = ("random", "zero") if policy is None else ("policy", "random", "zero")
@@ -131,7 +131,7 @@ class EnvironmentShow(Show):
         return {"episode step": self._length, "return": f"{self._return:.2f}", "outcome": self._outcome or "running"}
 
 
-def _first_sentence(page: str) -> str:
-    """The first sentence below "Description"."""
+def _summary(page: str) -> str:
+    """The first two sentences below "Description"."""
     text = " ".join(page.partition("## Description")[2].partition("##")[0].split())
-    return text.partition(". ")[0].removesuffix(".") + "." if text else ""
+    return ". ".join(text.split(". ")[:2]).removesuffix(".") + "." if text else ""

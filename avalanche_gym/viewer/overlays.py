@@ -28,10 +28,13 @@ class RestWatch:
             same = [index for index, (a, b) in enumerate(zip(bodies, self._bodies, strict=False)) if a is b]
             still[same] = self._still[same]
             self._still, self._bodies = still, list(bodies)
-            self._radius = np.array([0.0 if body is None else body.shape.bounding_radius for body in bodies])
+            moving = [body is not None and body.motion == "dynamic" for body in bodies]
+            # What cannot move does not rest, it stands: the comparison with NaN is false, as it is for removed bodies.
+            self._radius = np.array(
+                [body.shape.bounding_radius if moves else np.nan for body, moves in zip(bodies, moving, strict=True)]
+            )
         linear = np.abs(world.linear_velocity[0]).max(axis=1)
         angular = np.abs(world.angular_velocity[0]).max(axis=1)
-        # A removed body has no velocity: the comparison with NaN is false.
         slow = linear + angular * self._radius <= 2.0 * REST_SPEED * self._radius
         self._still = np.where(slow, self._still + duration, 0.0)
         return self._still >= REST_TIME

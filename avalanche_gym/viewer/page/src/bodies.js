@@ -27,6 +27,7 @@ export class Bodies {
     this.meshes.clear();
     this.frame = this.start = null;
     this.done = true;
+    this.share = 1; // of the way from the last frame to this one that has passed
     this.places = new Map(); // by handle: what is drawn now
   }
 
@@ -103,7 +104,7 @@ export class Bodies {
   update(now) {
     const { frame, start } = this;
     if (!frame || this.done) return;
-    const share = start ? Math.min((now - this.arrived) / (1000 * frame.duration), 1) : 1;
+    const share = (this.share = start ? Math.min((now - this.arrived) / (1000 * frame.duration), 1) : 1);
     this.done = share >= 1;
     const places = new Map();
     for (const batch of this.batches.values()) batch.count = 0;

@@ -92,7 +92,8 @@ function draw(now) {
   bodies.update(now);
   pointer.update();
   if (bodies.frame) overlays.update(bodies.frame, 0.02 * stage.scale);
-  stage.render();
+  stage.setPanelWidth(panel.width());
+  stage.render(bodies.share);
   state.drawn++;
   if (wantsScreenshot) {
     wantsScreenshot = false;

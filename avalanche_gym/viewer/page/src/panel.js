@@ -7,6 +7,13 @@ const KEYS = {
   " ": "pause", ".": "step", 0: "reset", p: "screenshot",
 };
 
+const MEANING = {
+  resting: "bodies that have stood still for half a second",
+  "energy drift": "what stepping alone added since the reset: friction and impacts make it fall, only a driven ground or an engine may make it rise",
+  "solver residual": "worst relative residual of the contact problem in the last frame",
+  "step time": "processor time that the steps of a frame take",
+};
+
 export class Panel {
   // `wish` sends to the simulation; `toggled` hears of every toggle.
   constructor(wish, toggled, screenshot) {
@@ -54,7 +61,7 @@ export class Panel {
 
   setShow(show) {
     element("title").textContent = show.title;
-    element("description").textContent = show.description;
+    element("description").textContent = element("description").title = show.description;
     const groups = { demo: "Demos", environment: "Environments" };
     element("show").replaceChildren(
       ...Object.entries(groups).map(([kind, label]) => {
@@ -97,8 +104,8 @@ export class Panel {
       ["solver residual", counters.residual === null ? "–" : counters.residual.toExponential(1)],
       ["step time", `${(1000 * counters["step time"]).toFixed(2)} ms`],
       ...Object.entries(more).map(([name, value]) => [name, String(value)]),
-      ["pages", String(server.pages)],
     ];
+    if (server.pages > 1) rows.push(["pages", String(server.pages)]);
     if (server.malformed + server.refused > 0) rows.push(["ignored messages", String(server.malformed + server.refused)]);
     const list = element("counters");
     while (list.childElementCount > 2 * rows.length) list.lastElementChild.remove();
@@ -109,8 +116,15 @@ export class Panel {
       if (data.textContent !== value) data.textContent = value;
       data.className = value === "success" ? "good" : value === "failed" ? "bad" : "";
       data.dataset.name = name;
+      term.title = MEANING[name] ?? "";
     });
     element("note").textContent = note;
+  }
+
+  // [pixels] that the panel hides of the scene.
+  width() {
+    const box = element("panel").getBoundingClientRect();
+    return element("panel").classList.contains("folded") ? 0 : box.right;
   }
 
   setToggle(name, on) {

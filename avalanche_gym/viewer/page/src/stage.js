@@ -23,8 +23,6 @@ export class Stage {
     this.sun = new DirectionalLight();
     this.sun.castShadow = shadows;
     this.sun.shadow.mapSize.set(2048, 2048);
-    this.sun.shadow.bias = -0.0004;
-    this.sun.shadow.normalBias = 0.03;
     this.scene.add(this.hemisphere, this.sun, this.sun.target);
     this.addSky();
     this.follows = true;
@@ -112,16 +110,18 @@ export class Stage {
 
   // The view that the show proposes; taken over while the camera follows.
   setView(frame) {
-    const eye = new Vector3().fromArray(frame.eye), target = new Vector3().fromArray(frame.target);
-    this.scale = eye.distanceTo(target);
-    const direction = new Vector3().fromArray(frame.sun);
-    this.sky.material.uniforms.sun.value.copy(direction);
-    this.proposed = { eye, target, up: new Vector3().fromArray(frame.up), fov: frame.fov, direction };
+    const read = (array) => new Vector3().fromArray(array);
+    const view = { eye: read(frame.eye), target: read(frame.target), up: read(frame.up), fov: frame.fov, sun: read(frame.sun) };
+    this.scale = view.eye.distanceTo(view.target);
+    this.sky.material.uniforms.sun.value.copy(view.sun);
+    // What jumps is not blended, as when another episode begins.
+    const jumps = !this.proposed || this.proposed.eye.distanceTo(view.eye) > 0.5 * this.scale;
+    this.before = jumps ? view : this.proposed;
+    this.proposed = view;
   }
 
   begin() {
     this.follows = true;
-    this.isFirst = true;
     this.controls.enabled = false;
   }
 
@@ -136,16 +136,14 @@ export class Stage {
     this.makeControls(this.look);
   }
 
-  update() {
+  // Move the camera; `share` of the way from the last frame to this one has passed.
+  update(share) {
     const view = this.proposed;
     if (!view) return;
     if (this.follows) {
-      const blend = this.isFirst ? 1 : 0.15;
-      this.isFirst = false;
-      this.camera.position.lerp(view.eye, blend);
-      this.look = (this.look ?? view.target.clone()).lerp(view.target, blend);
-      if (blend === 1) this.look.copy(view.target);
-      this.camera.up.lerp(view.up, blend).normalize();
+      this.camera.position.lerpVectors(this.before.eye, view.eye, share);
+      this.look = this.before.target.clone().lerp(view.target, share);
+      this.camera.up.lerpVectors(this.before.up, view.up, share).normalize();
       this.camera.lookAt(this.look);
     } else {
       this.controls.update();
@@ -161,12 +159,15 @@ export class Stage {
       this.scene.fog.density = Math.sqrt(Math.LN2) / (0.5 * this.haze * this.scale);
     }
     const reach = 0.75 * this.scale;
-    this.sun.position.copy(view.target).addScaledVector(view.direction, 2 * reach);
+    this.sun.position.copy(view.target).addScaledVector(view.sun, 2 * reach);
     this.sun.target.position.copy(view.target);
     const box = this.sun.shadow.camera;
     if (box.right !== reach) {
       Object.assign(box, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * reach, far: 4 * reach });
       box.updateProjectionMatrix();
+      // About one texel of the map: less shows stripes on lit ground, more detaches shadows.
+      this.sun.shadow.normalBias = (2.5 * reach) / this.sun.shadow.mapSize.x;
+      this.sun.shadow.bias = -0.0002;
     }
   }
 
@@ -179,9 +180,15 @@ export class Stage {
     this.camera.aspect = clientWidth / clientHeight;
   }
 
-  render() {
+  // Keep the middle of the scene in the middle of what the panel leaves free.
+  setPanelWidth(width) {
+    const { clientWidth, clientHeight } = this.canvas;
+    this.camera.setViewOffset(clientWidth, clientHeight, clientWidth > 2 * width ? -0.5 * width : 0, 0, clientWidth, clientHeight);
+  }
+
+  render(share) {
     this.resize();
-    this.update();
+    this.update(share);
     this.renderer.render(this.scene, this.camera);
   }
 }
