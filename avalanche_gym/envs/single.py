@@ -99,7 +99,8 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def render(self) -> NDArray[np.uint8] | None:
         """The frame (height, width, 3) in mode "rgb_array"; ``None`` without a mode, and in mode "human", whose window
-        is brought up to date by ``reset`` and ``step``."""
+        is brought up to date by ``reset`` and ``step``.
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 f'render() without a render_mode; give one: gymnasium.make("avalanche/{self.task.name}-v0", '

@@ -267,7 +267,8 @@ class NativeVectorEnv(VectorEnv):
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """A frame of each lane in mode "rgb_array"; ``None`` without a mode, and in mode "human", whose window is
-        brought up to date by ``reset`` and ``step``."""
+        brought up to date by ``reset`` and ``step``.
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 f'render() without a render_mode; give one: gymnasium.make_vec("avalanche/{self.task.name}-v0", '

@@ -47,9 +47,7 @@ class BodyLooks:
         names = [body.name for body in world.scene.bodies if body is not None]
         for name in (*self._colors, *self._geometries, *self.hidden, *self._opacities):
             if name not in names:
-                raise ValueError(
-                    f"WorldView got the name {name!r}, which no body has; there are {', '.join(names)}."
-                )
+                raise ValueError(f"WorldView got the name {name!r}, which no body has; there are {', '.join(names)}.")
 
     def visual(self, body: Body, index: int) -> Visual:
         """What is drawn for a body with this handle."""

@@ -28,10 +28,9 @@ class RestWatch:
             same = [index for index, (a, b) in enumerate(zip(bodies, self._bodies, strict=False)) if a is b]
             still[same] = self._still[same]
             self._still, self._bodies = still, list(bodies)
-            moving = [body is not None and body.motion == "dynamic" for body in bodies]
             # What cannot move does not rest, it stands: the comparison with NaN is false, as it is for removed bodies.
             self._radius = np.array(
-                [body.shape.bounding_radius if moves else np.nan for body, moves in zip(bodies, moving, strict=True)]
+                [body.shape.bounding_radius if body and body.motion == "dynamic" else np.nan for body in bodies]
             )
         linear = np.abs(world.linear_velocity[0]).max(axis=1)
         angular = np.abs(world.angular_velocity[0]).max(axis=1)

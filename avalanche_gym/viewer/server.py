@@ -8,6 +8,7 @@ page that this server gave out. Files come from a table made at the start: no pa
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 import time
 from dataclasses import dataclass, field
@@ -133,6 +134,11 @@ class Viewer:
         self._loop.call_soon_threadsafe(self._stopping.set)
         self._thread.join()
 
+    def wait(self) -> None:
+        """Until the server ends; an interrupt gets through."""
+        while self._thread.is_alive():
+            self._thread.join(0.5)
+
     def __enter__(self) -> Viewer:
         self.start()
         return self
@@ -204,12 +210,15 @@ class Viewer:
             self._failure = error
             self._ready.set()
             return
-        self.port = next(iter(server.sockets)).getsockname()[1]
+        self.address = next(iter(server.sockets)).getsockname()
+        self.port = self.address[1]
         self._ready.set()
         async with server:
             await self._stopping.wait()
 
     async def _talk(self, connection: ServerConnection) -> None:
+        # What the system keeps for a slow page is late too when it comes.
+        connection.transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MAX_WAITING)
         client = Client(connection)
         self.clients.add(client)
         try:

@@ -226,9 +226,7 @@ class Simulation:
         self.paused, self._note, self._status_at = True, f"{note} Reset to begin anew.", 0.0
 
 
-def kick(
-    show: Show, body: int, point: tuple[float, float, float], velocity: tuple[float, float, float]
-) -> None:
+def kick(show: Show, body: int, point: tuple[float, float, float], velocity: tuple[float, float, float]) -> None:
     """Give a body the impulse that its mass times ``velocity`` [m/s] is, at ``point`` (body frame, [m]).
 
     The point is that of the body, not of the world, since the body has moved on when the click arrives.

@@ -5,8 +5,8 @@ All messages are little-endian words of four bytes. The first word says what fol
 - MESH: number, byte length of a JSON head (padded to whole words), the head, then positions and normals (n, 3), colours
   (n, 4) if the head says so, all float32, and the faces (m, 3), uint32.
 - HEIGHTS: number of the mesh, then heights (rows, columns) float32.
-- FRAME: show, frame, rows, contacts, cells (uint32); duration [s] until the next frame; camera: eye, target, up (3 each)
-  and field of view; direction to the sun (3); then the rows, contacts and cells.
+- FRAME: show, frame, rows, contacts, cells (uint32); duration [s] until the next frame; camera: eye, target, up (3
+  each) and field of view; direction to the sun (3); then the rows, contacts and cells.
 
 A row stands for a body or a marker. Every frame names all of them with mesh and colour, so that a page which missed
 frames is never out of step.
@@ -174,7 +174,7 @@ def mesh_message(number: int, geometry: Geometry) -> bytes:
     text += b" " * (-len(text) % 4)
     arrays = [geometry.vertices, geometry.normals]
     if geometry.colors is not None:
-        arrays.append(geometry.colors)
+        arrays.append(np.asarray(geometry.colors, np.float64))
     floats = b"".join(np.asarray(array, np.float32).tobytes() for array in arrays)
     faces = np.asarray(geometry.faces, np.uint32).tobytes()
     return struct.pack("<3I", MESH, number, len(text)) + text + floats + faces
@@ -205,4 +205,3 @@ def _color_code(color: Any) -> float:
 
 def _view_floats(duration: float, camera: Camera, lighting: Lighting) -> bytes:
     return struct.pack("<14f", duration, *camera.eye, *camera.target, *camera.up, camera.fov, *lighting.direction)
-

@@ -39,7 +39,7 @@ class PlanetLandingPicture(Picture):
         return WorldView(self.task.world, colors={"lander": AGENT}, geometries={"planet": planet})
 
     def _directions(self, lane: int) -> tuple[Vector, Vector]:
-        """Unit vectors: up, and the horizontal one that the camera looks along, which shows the motion from the side."""
+        """Unit vectors: up, and the level one that the camera looks along, which shows the motion from the side."""
         place = self.task.world.position[lane, self.task.lander]
         velocity = self.task.world.linear_velocity[lane, self.task.lander]
         up = place / np.linalg.norm(place)
@@ -64,7 +64,7 @@ class PlanetLandingPicture(Picture):
         # Between lander and ground, so that both are seen.
         target = self.task.world.position[lane, self.task.lander] - 0.4 * altitude * up
         distance, height = 4.5 + 1.3 * altitude, 1.8 + 0.5 * altitude
-        return Camera.follow(target, ahead.tolist(), distance=distance, height=height, up=up)
+        return Camera.follow(target, ahead.tolist(), distance=distance, height=height, up=up.tolist())
 
     def markers(self, lane: int) -> list[Marker]:
         state, world, lander = self.task.lanes[lane], self.task.world, self.task.lander

@@ -1,7 +1,7 @@
 """The four demos: bodies rain on a slab, on frictionless terrain, on a waving carpet, and orbit a small planet.
 
-Each is a scene function, which says what stands and what pulls, and a ``Demo``, which drops bodies into it and takes out
-those that left. Shapes, extents, rates and gravity are those of the Avalanche Engine's demos, with z up.
+Each is a scene function, which says what stands and what pulls, and a ``Demo``, which drops bodies into it and takes
+out those that left. Shapes, extents, rates and gravity are those of the Avalanche Engine's demos, with z up.
 """
 
 from __future__ import annotations
@@ -122,8 +122,9 @@ class Demo(ABC):
         try:
             self.world.step(num_steps)
         except PhysicsError as error:
-            for _, body, *_ in error.failures:
-                self._take_out(body)
+            names = [repr(body.name) if body else "" for body in self.world.scene.bodies]
+            for _, name, *_ in error.failures:
+                self._take_out(names.index(name))
         self.time += num_steps * self.options.time_step
         if self._moving:
             gone = self.has_left(self.world.position[0, self._moving])
