@@ -105,9 +105,11 @@ requestAnimationFrame(draw);
 // What tests in a browser wait for and ask.
 window.viewer = {
   state,
+  connection,
   stage,
   bodies,
   overlays,
+  pointer,
   ready: () => state.show !== null && state.frames > 0 && state.drawn > 0,
   handles: () => [...bodies.places].filter(([, place]) => place.pushable).map(([handle]) => handle),
   screenPosition(handle) {

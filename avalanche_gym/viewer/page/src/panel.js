@@ -22,7 +22,11 @@ export class Panel {
     element("show").onchange = () => this.open(element("show").value, "");
     element("level").onchange = () => this.open(element("show").value, element("level").value);
     element("driver").onchange = () => wish("driver", { name: element("driver").value });
-    element("pause").onclick = () => wish("pause", { on: !this.paused });
+    element("pause").onclick = () => {
+      // Not left to the answer, which may come after the next press.
+      this.paused = !this.paused;
+      wish("pause", { on: this.paused });
+    };
     element("step").onclick = () => wish("step");
     element("reset").onclick = () => wish("reset");
     element("screenshot").onclick = () => screenshot();
@@ -36,10 +40,9 @@ export class Panel {
       element("fold").textContent = folded ? "+" : "–";
     };
     for (const name of TOGGLES) element(name).onchange = () => toggled(name, element(name).checked);
-    // After a choice, keys mean the scene again.
-    for (const control of document.querySelectorAll("select, #speed")) {
-      control.addEventListener("change", () => control.blur());
-    }
+    // After a choice by mouse, keys mean the scene again.
+    for (const control of document.querySelectorAll("select")) control.addEventListener("change", () => control.blur());
+    element("speed").addEventListener("pointerup", () => element("speed").blur());
     addEventListener("keydown", (event) => this.key(event));
   }
 
