@@ -42,7 +42,7 @@ def picture_of(demo: Demo) -> DemoPicture:
     assert ground is not None
     shape = ground.shape
     if isinstance(demo, Planet):
-        camera = Camera.orbit((0.0, 0.0, 0.0), 5.0 * PLANET_RADIUS, -105.0, 22.0)
+        camera = Camera.orbit((0.0, 0.0, 0.0), 4.5 * PLANET_RADIUS, -105.0, 22.0)
         return DemoPicture(camera, SPACE, geometries={ground.name: as_planet(geometry_of(shape), MOON)})
     if isinstance(demo, Carpet):
         assert isinstance(shape, HeightField)

@@ -104,6 +104,7 @@ class Viewer:
         self.clients: set[Client] = set()
         self.simulation = Simulation(catalogue or Catalogue(), self._publish, show, level)
         self.simulation.outside = self._counters
+        self.simulation.watched = lambda: bool(self.clients)
         folder = resources.files(__package__) / "static"
         self._files = {path: (folder.joinpath(name).read_bytes(), kind) for path, (name, kind) in FILES.items()}
         self._latest: Packet | None = None
@@ -158,10 +159,8 @@ class Viewer:
         idle = self._latest is None
         self._latest = packet
         # While one waits to be sent, a newer packet takes its place.
-        if idle and self.clients:
+        if idle:
             self._loop.call_soon_threadsafe(self._send)
-        elif idle:
-            self._latest = None
 
     def _send(self) -> None:
         packet, self._latest = self._latest, None

@@ -42,6 +42,7 @@ class Simulation:
         self.publish = publish
         self.wishes: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self.outside: Callable[[], dict[str, Any]] = dict  # counters of the server
+        self.watched: Callable[[], bool] = lambda: True  # whether anybody wants packets
         self.contacts_shown = self.cells_shown = False
         self.paused, self.speed = False, 1.0
         self.frames, self.steps = 0, 0
@@ -73,7 +74,8 @@ class Simulation:
             duration = IDLE_INTERVAL
             if not self.paused:
                 duration = self.advance()
-            self.publish(self.packet(duration))
+            if self.watched():
+                self.publish(self.packet(duration))
             # A frame that took too long is not caught up with: the show runs slower instead.
             due = max(due + duration, time.perf_counter())
             self._wait(due)

@@ -11,7 +11,13 @@ from avalanche_gym.viewer import Catalogue, Viewer
 
 WIDTH, HEIGHT = 640, 480  # [pixels]
 PATIENCE = 120.0  # [s] for what takes a moment on a machine with a graphics card
-FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+FLAGS = (
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
 
 
 def chromium():

@@ -310,7 +310,7 @@ def planet_scene() -> Scene:
     """A bumpy planet of radius 5 m with mu = 100 m^3/s^2 about the origin."""
     scene = Scene()
     scene.add_field(PointGravity((0.0, 0.0, 0.0), PLANET_MU))
-    ground = bumpy_planet(PLANET_RADIUS, np.random.default_rng(3), amplitude=0.1, bumps=40, width=0.35)
+    ground = bumpy_planet(PLANET_RADIUS, np.random.default_rng(3), amplitude=0.07, bumps=120, width=0.16)
     material = Material(friction=0.5, restitution=0.5)
     scene.add_body(ground, motion="static", material=material, name="planet")
     return scene
