@@ -54,17 +54,9 @@ def test_an_episode_that_ended_is_shown_for_a_while_and_then_begins_anew():
 
 
 def test_the_command_serves_the_page_until_interrupted(run_folder):
-    command = [
-        sys.executable,
-        "-m",
-        "avalanche_gym",
-        "view",
-        "--policy",
-        str(run_folder),
-        "--port",
-        "0",
-        "--no-browser",
-    ]
+    program = "from avalanche_gym.cli import main; main()"
+    arguments = ["view", "--policy", str(run_folder), "--port", "0", "--no-browser"]
+    command = [sys.executable, "-c", program, *arguments]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"})
     try:
         url = process.stdout.readline().split()[0]
