@@ -10,6 +10,15 @@ const RESTING_OPACITY = 0.3;
 const FIRST_CAPACITY = 8;
 const SMOOTHED_ABOVE = 0.025; // [s] frames that stay longer are blended into the next
 
+// A picture may be of a moment before the frame came.
+const clamp = (share) => Math.min(Math.max(share, 0), 1);
+
+function rowsByHandle(frame) {
+  const rows = new Map();
+  for (let o = 0; o < frame.rows.length; o += ROW_WIDTH) rows.set(frame.rows[o], frame.rows.subarray(o, o + ROW_WIDTH));
+  return rows;
+}
+
 export class Bodies {
   constructor(scene) {
     this.scene = scene;
@@ -91,20 +100,22 @@ export class Bodies {
     }
   }
 
+  // Returns whether the frame before it is blended into it.
   setFrame(frame, now) {
     // What jumps is not blended: the first frame, and one that came after a gap.
     const inTurn = this.frame !== null && this.frame.number + 1 === frame.number;
-    this.start = inTurn && frame.duration > SMOOTHED_ABOVE ? this.places : null;
+    this.start = inTurn && frame.duration > SMOOTHED_ABOVE ? rowsByHandle(this.frame) : null;
     this.frame = frame;
     this.arrived = now;
     this.done = false;
+    return this.start !== null;
   }
 
   // Put every instance where it is to be seen at this time [ms].
   update(now) {
     const { frame, start } = this;
     if (!frame || this.done) return;
-    const share = (this.share = start ? Math.min((now - this.arrived) / (1000 * frame.duration), 1) : 1);
+    const share = (this.share = start ? clamp((now - this.arrived) / (1000 * frame.duration)) : 1);
     this.done = share >= 1;
     const places = new Map();
     for (const batch of this.batches.values()) batch.count = 0;
@@ -115,10 +126,10 @@ export class Bodies {
       if (!mesh) continue;
       const position = new Vector3(row[o + 5], row[o + 6], row[o + 7]);
       const turn = new Quaternion(row[o + 9], row[o + 10], row[o + 11], row[o + 8]);
-      const from = start?.get(handle);
-      if (from && from.mesh === mesh) {
-        position.lerpVectors(from.position, position.clone(), share);
-        turn.slerpQuaternions(from.turn, turn.clone(), share);
+      const from = share < 1 ? start.get(handle) : undefined;
+      if (from && from[1] === row[o + 1]) {
+        position.lerpVectors(new Vector3(from[5], from[6], from[7]), position.clone(), share);
+        turn.slerpQuaternions(new Quaternion(from[9], from[10], from[11], from[8]), turn.clone(), share);
       }
       const resting = (flags & RESTING) !== 0 && (flags & PUSHABLE) !== 0;
       const opacity = row[o + 3] * (resting && this.settings.restingTransparent ? RESTING_OPACITY : 1);

@@ -42,8 +42,8 @@ const connection = new Connection({
   heights: ({ number, heights }) => bodies.setHeights(number, heights),
   frame(frame) {
     if (frame.show !== state.show?.number) return;
-    bodies.setFrame(frame, performance.now());
-    stage.setView(frame);
+    const blended = bodies.setFrame(frame, performance.now());
+    stage.setView(frame, blended);
     state.frames++;
   },
 });

@@ -109,13 +109,13 @@ export class Stage {
   }
 
   // The view that the show proposes; taken over while the camera follows.
-  setView(frame) {
+  setView(frame, blended) {
     const read = (array) => new Vector3().fromArray(array);
     const view = { eye: read(frame.eye), target: read(frame.target), up: read(frame.up), fov: frame.fov, sun: read(frame.sun) };
     this.scale = view.eye.distanceTo(view.target);
     this.sky.material.uniforms.sun.value.copy(view.sun);
     // What jumps is not blended, as when another episode begins.
-    const jumps = !this.proposed || this.proposed.eye.distanceTo(view.eye) > 0.5 * this.scale;
+    const jumps = !blended || this.proposed.eye.distanceTo(view.eye) > 0.5 * this.scale;
     this.before = jumps ? view : this.proposed;
     this.proposed = view;
   }
