@@ -38,7 +38,7 @@ from .model import (
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
 from .shapes import ConvexHull, HeightField, TriangleMesh
 from .shapes.height_spline import pool_of_field
-from .shapes.hull_preparation import prepare_hull
+from .shapes.hull_preparation import PreparedHull, prepare_hull
 from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
 MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
@@ -219,7 +219,7 @@ class ShapeTables:
 
     def _hull_tables(self) -> dict[str, NDArray[Any]]:
         """Hulls, their plane faces found, one behind the other."""
-        prepared = [prepare_hull(shape.vertices, shape.faces) for shape in self._hulls]
+        prepared = [_prepared_hull(shape) for shape in self._hulls]
         hulls = np.zeros(len(prepared), HULL_ROW)
         points, faces, corners, edges = 0, 0, 0, 0
         for index, one in enumerate(prepared):
@@ -254,6 +254,16 @@ class ShapeTables:
             for (name, dtype), parts in zip(dtypes.items(), pools.values(), strict=True)
         }
         return {"meshes": meshes, **joined}
+
+
+_HULLS: WeakKeyDictionary[ConvexHull, PreparedHull] = WeakKeyDictionary()
+
+
+def _prepared_hull(shape: ConvexHull) -> PreparedHull:
+    """The plane faces of a hull are found once, however often its world is built; the caller may shift their firsts."""
+    if shape not in _HULLS:
+        _HULLS[shape] = prepare_hull(shape.vertices, shape.faces)
+    return _HULLS[shape]._replace(faces=_HULLS[shape].faces.copy())
 
 
 _PREPARED: WeakKeyDictionary[TriangleMesh, PreparedMesh] = WeakKeyDictionary()

@@ -19,4 +19,5 @@ await build({
   charset: "utf8",
   logLevel: "warning",
 });
+copyFileSync(join(here, "node_modules", "three", "LICENSE"), join(target, "three-license.txt"));
 for (const name of ["index.html", "favicon.svg"]) copyFileSync(join(here, "src", name), join(target, name));
