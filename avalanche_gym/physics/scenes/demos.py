@@ -55,11 +55,6 @@ def falling_shapes(size: float) -> list[Shape]:
     ]
 
 
-def ground_shapes(size: float) -> list[Shape]:
-    """Those of ``falling_shapes`` that can meet height fields and meshes."""
-    return [shape for shape in falling_shapes(size) if not isinstance(shape, ConvexHull)]
-
-
 def random_orientation(generator: np.random.Generator) -> Vector:
     """(4,) uniform over all rotations: a normal vector in four dimensions has no preferred direction."""
     q = generator.normal(size=4)
@@ -217,7 +212,7 @@ class Terrain(Demo):
     point = PointGravity((0.0, 0.0, -5.0), 981.0)  # [m], [m^3/s^2]
 
     def make_shapes(self) -> list[Shape]:
-        return ground_shapes(0.8)
+        return falling_shapes(0.8)
 
     def make_scene(self) -> Scene:
         return terrain_scene()
@@ -284,7 +279,7 @@ class Carpet(Demo):
     material = Material(friction=0.6, restitution=0.5)
 
     def make_shapes(self) -> list[Shape]:
-        return ground_shapes(1.6)
+        return falling_shapes(1.6)
 
     def make_scene(self) -> Scene:
         return carpet_scene()
@@ -328,7 +323,7 @@ class Planet(Demo):
     material = Material(friction=0.5, restitution=0.5)
 
     def make_shapes(self) -> list[Shape]:
-        return ground_shapes(0.9)
+        return falling_shapes(0.9)
 
     def make_scene(self) -> Scene:
         return planet_scene()

@@ -110,7 +110,7 @@ window.viewer = {
   bodies,
   overlays,
   pointer,
-  ready: () => state.show !== null && state.frames > 0 && state.drawn > 0,
+  ready: () => state.show !== null && state.frames > 0 && bodies.places.size > 0,
   handles: () => [...bodies.places].filter(([, place]) => place.pushable).map(([handle]) => handle),
   screenPosition(handle) {
     const place = bodies.places.get(handle);
