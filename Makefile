@@ -22,7 +22,7 @@ endif
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test verify gate report report-quick bench lint format types contracts pytest oldest-gymnasium \
-	docs build clean
+	docs figures page build clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-18s%s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -85,6 +85,13 @@ oldest-gymnasium: $(READY)  ## the tests of the environments with the oldest Gym
 
 docs: $(READY)  ## build the documentation into site/
 	NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
+
+figures: $(READY)  ## the pictures of README and documentation, into docs/figures
+	$(RUN) -m benchmarks.figures
+
+page:  ## bundle the page of the viewer from its source (npm)
+	npm --prefix avalanche_gym/viewer/page ci --no-audit --no-fund
+	npm --prefix avalanche_gym/viewer/page run build
 
 build: $(READY)  ## build wheel and sdist into dist/
 	$(RUN) -m pip install --quiet build

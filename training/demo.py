@@ -17,10 +17,12 @@ from typing import Any
 import imageio.v2 as imageio
 import numpy as np
 
+from avalanche_gym.policies import TrainedPolicy
+
 from . import hyperparameters
 from .enjoy import make_rendered_env, play_episode
 from .evaluate import Policy, evaluate
-from .experiment import EVALUATION_SEED, Experiment, TrainedPolicy, save_model
+from .experiment import EVALUATION_SEED, Experiment, save_model
 from .plot import plot
 from .train import make_model, train
 

@@ -19,8 +19,10 @@ import numpy as np
 import torch
 from stable_baselines3.common.evaluation import evaluate_policy
 
+from avalanche_gym.policies import TrainedPolicy
+
 from . import hyperparameters
-from .experiment import EVALUATION_SEED, Experiment, TrainedPolicy, make_env
+from .experiment import EVALUATION_SEED, Experiment, make_env
 
 # Lanes of an evaluation: enough for batched kernels to pay, few enough that every lane plays an episode or two.
 MAX_LANES = 64

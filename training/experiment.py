@@ -12,17 +12,17 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+from avalanche_gym.policies import EXPERIMENT_FILE, read_experiment
 
 from . import hyperparameters
 
@@ -55,7 +55,7 @@ class Experiment:
     def save(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         text = yaml.safe_dump(asdict(self), sort_keys=False)
-        (folder / "experiment.yml").write_text(text, encoding="utf-8")
+        (folder / EXPERIMENT_FILE).write_text(text, encoding="utf-8")
 
     @classmethod
     def load(cls, path: Path) -> Experiment:
@@ -64,11 +64,7 @@ class Experiment:
         Raises:
             FileNotFoundError: Neither ``path`` nor a folder above it holds ``experiment.yml``.
         """
-        for folder in (path, *path.parents):
-            file = folder / "experiment.yml"
-            if file.is_file():
-                return cls(**yaml.safe_load(file.read_text(encoding="utf-8")))
-        raise FileNotFoundError(f"{path} does not belong to a training run (no experiment.yml there or above it)")
+        return cls(**read_experiment(path))
 
 
 def make_env(env_id: str, num_envs: int, seed: int, env_kwargs: dict[str, Any]) -> VecEnv:
@@ -111,50 +107,3 @@ def save_model(model: BaseAlgorithm, folder: Path) -> None:
     normalization = model.get_vec_normalize_env()
     if normalization is not None:
         normalization.save(str(folder / "vecnormalize.pkl"))
-
-
-def model_files(path: Path) -> tuple[Path, Path | None]:
-    """Model and normalization statistics of a run's folder, its ``best``, or one checkpoint's ``.zip``.
-
-    Raises:
-        FileNotFoundError: There is no model.
-    """
-    model = path if path.suffix == ".zip" else path / "model.zip"
-    if not model.is_file():
-        raise FileNotFoundError(f"{model} does not exist; give a run's folder or the .zip of one of its checkpoints")
-    if model.name == "model.zip":
-        statistics = model.with_name("vecnormalize.pkl")
-    else:  # CheckpointCallback: model_<n>_steps.zip and model_vecnormalize_<n>_steps.pkl
-        statistics = model.with_name(model.stem.replace("model_", "model_vecnormalize_", 1) + ".pkl")
-    return model, statistics if statistics.is_file() else None
-
-
-class TrainedPolicy:
-    """A model with the statistics it was trained with: takes observations as the environment gives them."""
-
-    def __init__(self, model: BaseAlgorithm, normalization: VecNormalize | None) -> None:
-        self._model = model
-        self._normalization = normalization
-
-    @classmethod
-    def load(cls, path: Path) -> TrainedPolicy:
-        """The policy of a run's folder, its ``best``, or one checkpoint's ``.zip``."""
-        model_file, statistics = model_files(path)
-        normalization = None
-        if statistics is not None:
-            with statistics.open("rb") as file:
-                normalization = pickle.load(file)
-        algorithm = ALGORITHMS[Experiment.load(path).algorithm]
-        return cls(algorithm.load(model_file, device="cpu"), normalization)
-
-    def predict(
-        self,
-        observation: Any,
-        state: tuple[np.ndarray, ...] | None = None,
-        episode_start: np.ndarray | None = None,
-        deterministic: bool = True,
-    ) -> tuple[np.ndarray, tuple[np.ndarray, ...] | None]:
-        """Actions for a batch of observations, in the form that Stable-Baselines3 asks of a predictor."""
-        if self._normalization is not None:
-            observation = self._normalization.normalize_obs(observation)
-        return self._model.predict(observation, state, episode_start, deterministic)

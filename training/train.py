@@ -21,8 +21,10 @@ from stable_baselines3.common.callbacks import BaseCallback, CallbackList, Check
 from stable_baselines3.common.logger import Logger, make_output_format
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
+from avalanche_gym.policies import model_files
+
 from . import hyperparameters, plot
-from .experiment import ALGORITHMS, Experiment, make_normalized_env, model_files, save_model
+from .experiment import ALGORITHMS, Experiment, make_normalized_env, save_model
 
 REPLAY_BUFFER = "replay_buffer.pkl"
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ..rendering import Camera, Lighting, Marker, WorldView
+    from ..rendering import Camera, Lighting, Marker, Window, WorldView
     from .base import BatchedTask
 
-RENDER_MODES = ("rgb_array",)
+RENDER_MODES = ("human", "rgb_array")
 WIDTH, HEIGHT = 480, 480  # [pixels]
 
 
@@ -22,6 +22,19 @@ def check_render_mode(name: str, mode: str | None) -> None:
     if mode is not None and mode not in RENDER_MODES:
         allowed = ", ".join(map(repr, RENDER_MODES))
         raise ValueError(f"{name}(render_mode={mode!r}): allowed are {allowed} and None, which draws nothing.")
+
+
+def open_window(task: BatchedTask, mode: str | None) -> Window | None:
+    """The window of mode "human", which keeps to the pace of the world; ``None`` in other modes.
+
+    Raises:
+        ImportError: the extra ``render`` is not installed.
+    """
+    if mode != "human":
+        return None
+    from ..rendering import Window  # here, since environments that draw nothing need no renderer
+
+    return Window(f"avalanche/{task.name}, {task.level}", fps=1.0 / task.control_interval)
 
 
 class Picture(ABC):

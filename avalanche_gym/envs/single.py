@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import physics
 from .base import BatchedTask
 from .lane_state import LaneState
-from .picture import RENDER_MODES, Picture, check_render_mode
+from .picture import RENDER_MODES, Picture, check_render_mode, open_window
 
 Observation = NDArray[np.float32]
 
@@ -49,6 +49,7 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self.render_mode = render_mode
         self.observation_space, self.action_space = spaces_of(self.task)  # type: ignore[assignment]
         self._picture: Picture | None = None
+        self._window = open_window(self.task, render_mode)
         self._started = False
 
     def reset(
@@ -63,6 +64,7 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         else:
             self.task.set_states({0: state})
         self._started = True
+        self._show()
         return self.task.observation[0].copy(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -77,6 +79,7 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         }
         if task.failures:
             info["physics_error"] = task.failures[0]
+        self._show()
         return (
             task.observation[0].copy(),
             float(task.reward[0]),
@@ -95,20 +98,30 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._started = True
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The frame (height, width, 3) in mode "rgb_array"; ``None`` without a mode."""
+        """The frame (height, width, 3) in mode "rgb_array"; ``None`` without a mode, and in mode "human", whose window
+        is brought up to date by ``reset`` and ``step``.
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 f'render() without a render_mode; give one: gymnasium.make("avalanche/{self.task.name}-v0", '
                 'render_mode="rgb_array").'
             )
-            return None
+        return self._frame() if self.render_mode == "rgb_array" else None
+
+    def _frame(self) -> NDArray[np.uint8]:
         if self._picture is None:
             self._picture = self.task.make_picture()
         return self._picture.frame(0)
 
+    def _show(self) -> None:
+        if self._window is not None:
+            self._window.show(self._frame())
+
     def close(self) -> None:
-        """Let go of the renderer."""
+        """Close the window, and let go of the renderer."""
         self._picture = None
+        if self._window is not None:
+            self._window.close()
 
 
 def checked_reset_options(task: BatchedTask, options: dict[str, Any] | None) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from .. import physics
 from .base import BatchedTask
 from .lane import Lane
 from .lane_state import LaneState
-from .picture import RENDER_MODES, Picture, check_render_mode
+from .picture import RENDER_MODES, Picture, check_render_mode, open_window
 from .single import checked_reset_options, spaces_of
 
 Mask = NDArray[np.bool_]
@@ -28,7 +28,7 @@ class NativeVectorEnv(VectorEnv):
     Args:
         num_envs: lanes.
         level: "easy", "medium" or "hard".
-        render_mode: ``None`` or "rgb_array".
+        render_mode: ``None``, "rgb_array", or "human": all lanes side by side in one window.
         options: of the physics; see the single environment.
         ranges: of the start of an episode; see the single environment.
         max_episode_steps: after so many steps an episode is truncated; ``None`` takes the task's own number.
@@ -78,6 +78,7 @@ class NativeVectorEnv(VectorEnv):
         self._ended = np.zeros(self.num_envs, np.bool_)  # lanes whose episode is over and not started again
         self._seeds: list[int | None] = [None] * self.num_envs
         self._picture: Picture | None = None
+        self._window = open_window(self.task, render_mode)
         self._started = False
 
     # --- Starting -------------------------------------------------------------------------------------------------
@@ -108,6 +109,7 @@ class NativeVectorEnv(VectorEnv):
             self.task.set_states({int(lane): states[lane] for lane in np.flatnonzero(mask)})
         self.elapsed[mask] = 0
         self._ended[mask] = False
+        self._show()
         return self.task.observation.copy(), {}
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: Mask) -> None:
@@ -178,6 +180,7 @@ class NativeVectorEnv(VectorEnv):
                 reward[waiting] = 0.0
             infos = self._infos(~waiting)
             self._ended = terminated | truncated
+        self._show()
         return task.observation.copy(), reward, terminated, truncated, infos
 
     def _restart(self, mask: Mask) -> None:
@@ -256,16 +259,27 @@ class NativeVectorEnv(VectorEnv):
             self._picture = self.task.make_picture()
         return self._picture.frame(lane)
 
+    def _show(self) -> None:
+        if self._window is not None:
+            from ..rendering import tile  # here, since environments that draw nothing need no renderer
+
+            self._window.show(tile([self.frame(lane) for lane in range(self.num_envs)]))
+
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
-        """A frame of each lane in mode "rgb_array"; ``None`` without a mode."""
+        """A frame of each lane in mode "rgb_array"; ``None`` without a mode, and in mode "human", whose window is
+        brought up to date by ``reset`` and ``step``.
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 f'render() without a render_mode; give one: gymnasium.make_vec("avalanche/{self.task.name}-v0", '
                 'render_mode="rgb_array").'
             )
+        if self.render_mode != "rgb_array":
             return None
         return tuple(self.frame(lane) for lane in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Let go of the renderer."""
+        """Close the window, and let go of the renderer."""
         self._picture = None
+        if self._window is not None:
+            self._window.close()

@@ -38,7 +38,7 @@ from .model import (
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
 from .shapes import ConvexHull, HeightField, TriangleMesh
 from .shapes.height_spline import pool_of_field
-from .shapes.hull_preparation import prepare_hull
+from .shapes.hull_preparation import PreparedHull, prepare_hull
 from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
 MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
@@ -84,26 +84,15 @@ def build_tables(scene: Scene) -> Tables:
             continue
         if body.material not in materials:
             materials.append(body.material)
-        row = rows[handle]
-        _fill_body(row, body)
-        row["material"] = materials.index(body.material)
-        row["first_collider"] = len(colliders)
-        for shape, position, orientation in body.shape.parts():
-            collider = np.zeros((), COLLIDER)
+        own, parts = _rows_of(body)
+        rows[handle] = own
+        rows["material"][handle] = materials.index(body.material)
+        rows["first_collider"][handle] = len(colliders)
+        for part, (shape, _, _) in zip(parts, body.shape.parts(), strict=True):
+            collider = part.copy()
             collider["body"] = handle
-            collider["shape"] = shape.code
-            collider["size"] = shape.size
-            rotation = rotation_matrix(row["principal"])
-            collider["position"] = rotation @ (position - body.center_of_mass)
-            collider["orientation"] = multiply(row["principal"], orientation)
-            collider["radius"] = shape.bounding_radius
             shapes.add(handle, shape, collider)
             colliders.append(collider)
-        row["num_colliders"] = len(colliders) - row["first_collider"]
-        row["radius"] = max(
-            float(np.linalg.norm(collider["position"])) + float(collider["radius"])
-            for collider in colliders[row["first_collider"] :]
-        )
         for name in public:
             public[name][handle] = getattr(body, name)
     rules = np.zeros((len(materials), len(materials)), PAIR_RULE)
@@ -125,6 +114,34 @@ def build_tables(scene: Scene) -> Tables:
         **shapes.arrays(),
     }
     return Tables(arrays, public, materials, shapes.height_field_rows)
+
+
+_ROWS: WeakKeyDictionary[Body, tuple[NDArray[Any], list[NDArray[Any]]]] = WeakKeyDictionary()
+
+
+def _rows_of(body: Body) -> tuple[NDArray[Any], list[NDArray[Any]]]:
+    """What a body alone decides of its row () and of those of its colliders, each ().
+
+    Made once: a running world is built anew whenever a body comes or goes, and the others are the same as before.
+    """
+    if body not in _ROWS:
+        row = np.zeros((), BODY)
+        row["principal"][0] = 1.0
+        _fill_body(row, body)
+        rotation = rotation_matrix(row["principal"])
+        parts: list[NDArray[Any]] = []
+        for shape, position, orientation in body.shape.parts():
+            collider = np.zeros((), COLLIDER)
+            collider["shape"] = shape.code
+            collider["size"] = shape.size
+            collider["position"] = rotation @ (position - body.center_of_mass)
+            collider["orientation"] = multiply(row["principal"], orientation)
+            collider["radius"] = shape.bounding_radius
+            parts.append(collider)
+        row["num_colliders"] = len(parts)
+        row["radius"] = max(float(np.linalg.norm(part["position"])) + float(part["radius"]) for part in parts)
+        _ROWS[body] = (row, parts)
+    return _ROWS[body]
 
 
 def _fill_body(row: Any, body: Body) -> None:
@@ -202,7 +219,7 @@ class ShapeTables:
 
     def _hull_tables(self) -> dict[str, NDArray[Any]]:
         """Hulls, their plane faces found, one behind the other."""
-        prepared = [prepare_hull(shape.vertices, shape.faces) for shape in self._hulls]
+        prepared = [_prepared_hull(shape) for shape in self._hulls]
         hulls = np.zeros(len(prepared), HULL_ROW)
         points, faces, corners, edges = 0, 0, 0, 0
         for index, one in enumerate(prepared):
@@ -237,6 +254,16 @@ class ShapeTables:
             for (name, dtype), parts in zip(dtypes.items(), pools.values(), strict=True)
         }
         return {"meshes": meshes, **joined}
+
+
+_HULLS: WeakKeyDictionary[ConvexHull, PreparedHull] = WeakKeyDictionary()
+
+
+def _prepared_hull(shape: ConvexHull) -> PreparedHull:
+    """The plane faces of a hull are found once, however often its world is built; the caller may shift their firsts."""
+    if shape not in _HULLS:
+        _HULLS[shape] = prepare_hull(shape.vertices, shape.faces)
+    return _HULLS[shape]._replace(faces=_HULLS[shape].faces.copy())
 
 
 _PREPARED: WeakKeyDictionary[TriangleMesh, PreparedMesh] = WeakKeyDictionary()

@@ -128,6 +128,15 @@ def set_heights(
     storage.note_features()
 
 
+def heights_of(storage: Storage, row: int, world: int) -> NDArray[np.float64]:
+    """(rows, columns) a copy of the samples of one height field in one world."""
+    field, pool = storage.arrays["height_fields"][row], storage.arrays["heights"]
+    rows, columns, first = int(field["rows"]), int(field["columns"]), int(field["first"])
+    # Worlds that share their terrain have one row of samples.
+    samples: NDArray[np.float64] = pool[world if len(pool) > 1 else 0, first : first + rows * columns]
+    return samples.reshape(rows, columns).copy()
+
+
 def reset_heights(storage: Storage, mask: NDArray[np.bool_], initial: NDArray[np.float64]) -> None:
     """Put the samples of the selected worlds back to ``initial`` (1, samples), at rest."""
     arrays = storage.arrays

@@ -436,6 +436,15 @@ class World:
             found[name] = rows[name]
         return found
 
+    def heights(self, body: int, world: int = 0) -> NDArray[np.float64]:
+        """(rows, columns) [m] the present samples of a height field in one world."""
+        index = select_body(self, "heights", body)
+        number = select_world(self, "heights", world)
+        if index not in self._height_field_rows:
+            kind = type(getattr(self.scene.bodies[index], "shape", None)).__name__
+            raise ValueError(f"heights({body}): this body is a {kind}; give the handle of a HeightField.")
+        return parameters.heights_of(self._storage, self._height_field_rows[index], number)
+
     def report(self) -> StepReport:
         """What the last call of ``step`` did; see StepReport."""
         return describe_steps(self._storage.arrays["reports"])

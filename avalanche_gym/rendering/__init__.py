@@ -11,7 +11,7 @@ from .shape_geometry import geometry_of
 from .terrain_colors import DUNES, MEADOW, MOON, SNOW, TerrainPalette, as_planet, as_terrain
 from .tiling import tile
 from .window import Window
-from .world_view import WorldView
+from .world_view import BodyLooks, WorldView
 
 __all__ = [
     "AGENT",
@@ -24,6 +24,7 @@ __all__ = [
     "PALETTE",
     "SNOW",
     "SPACE",
+    "BodyLooks",
     "Camera",
     "Geometry",
     "Lighting",

@@ -22,7 +22,7 @@ def _pygame() -> ModuleType:
 
 
 class Window:
-    """Shows frames; opens with the first one.
+    """Shows frames; opens with the first one. Two of them in one program take turns in the same window.
 
     Args:
         title: of the window.
@@ -59,9 +59,11 @@ class Window:
         if self._was_closed:
             return False
         size = (frame.shape[1], frame.shape[0])
-        if not self.is_open or self._pygame.display.get_window_size() != size:
+        # pygame has one window for the whole program: another Window may have closed or resized it since.
+        surface = self._pygame.display.get_surface() if self.is_open and self._pygame.display.get_init() else None
+        if surface is None or surface.get_size() != size:
             self._open(size)
-        surface = self._pygame.display.get_surface()
+            surface = self._pygame.display.get_surface()
         self._pygame.surfarray.blit_array(surface, frame.swapaxes(0, 1))
         self._pygame.display.flip()
         for event in self._pygame.event.get():

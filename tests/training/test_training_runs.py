@@ -6,6 +6,7 @@ import pytest
 import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
+from avalanche_gym import policies
 from avalanche_gym.envs.sb3 import SB3VecEnv
 from training import demo, evaluate, experiment, plot, record, train
 
@@ -97,20 +98,20 @@ def test_a_saved_policy_acts_as_the_model_did(run):
     normalization = model.get_vec_normalize_env()
     assert isinstance(normalization, VecNormalize)
     expected, _ = model.predict(normalization.normalize_obs(observations), deterministic=True)
-    actions, _ = experiment.TrainedPolicy.load(folder).predict(observations)
+    actions, _ = policies.TrainedPolicy.load(folder).predict(observations)
     np.testing.assert_array_equal(actions, expected)
 
 
 def test_a_checkpoint_carries_its_own_statistics(run):
     folder, _ = run
     path = folder / "checkpoints" / "model_256_steps.zip"
-    statistics = experiment.make_normalized_env(pendulum(), training=False, statistics=experiment.model_files(path)[1])
+    statistics = experiment.make_normalized_env(pendulum(), training=False, statistics=policies.model_files(path)[1])
     observations = np.ones((1, 3), np.float32)
-    early, _ = experiment.TrainedPolicy.load(path).predict(observations)
+    early, _ = policies.TrainedPolicy.load(path).predict(observations)
     model = experiment.ALGORITHMS["ppo"].load(path, device="cpu")
     expected, _ = model.predict(statistics.normalize_obs(observations), deterministic=True)
     np.testing.assert_array_equal(early, expected)
-    assert early != experiment.TrainedPolicy.load(folder).predict(observations)[0]
+    assert early != policies.TrainedPolicy.load(folder).predict(observations)[0]
 
 
 def test_the_same_seed_gives_the_same_policy(tmp_path):
@@ -174,7 +175,7 @@ def test_our_environments_are_trained_natively_batched(env_id, tmp_path):
     model = quick_train(settings, tmp_path, evaluations=1, evaluation_episodes=2)
     assert isinstance(model.get_env().unwrapped, SB3VecEnv)
     assert plot.series(plot.read_progress(tmp_path), "eval/success_rate")[0].tolist() == [512.0]
-    policy = experiment.TrainedPolicy.load(tmp_path)
+    policy = policies.TrainedPolicy.load(tmp_path)
     assert evaluate.evaluate(policy, env_id, {"level": "easy"}, episodes=3).successes.shape == (3,)
 
 
@@ -213,7 +214,7 @@ def test_a_folder_without_a_run_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"experiment\.yml"):
         experiment.Experiment.load(tmp_path)
     with pytest.raises(FileNotFoundError, match="checkpoints"):
-        experiment.model_files(tmp_path)
+        policies.model_files(tmp_path)
     with pytest.raises(FileNotFoundError, match="progress"):
         plot.read_progress(tmp_path)
     with pytest.raises(ValueError, match="'zero' and 'random'"):

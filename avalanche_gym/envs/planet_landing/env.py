@@ -239,7 +239,7 @@ class PlanetLandingEnv(SingleEnv):
     - `level`: "easy" (default), "medium" or "hard".
     - `ranges`: `{name: (low, high)}` replaces ranges of the level (names as above): domain randomisation.
     - `options`: `avalanche_gym.physics.Options`; its `time_step` must be 0.1 s / n.
-    - `render_mode`: `None` or "rgb_array".
+    - `render_mode`: `None`, "rgb_array", or "human": a window (extra `render`).
     - `reset(options={"state": env.unwrapped.get_state()})` starts from a given state.
 
     ## Version History
