@@ -9,7 +9,7 @@ import numpy as np
 from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .contacts.materials import mix_materials
-from .contacts.prediction import SLACK
+from .contacts.prediction import OVERLAP, SLACK
 from .integrator.flight import fly
 from .jit import kernel, stage
 from .maths import vec3
@@ -118,9 +118,12 @@ def find_contacts(address, workspace_address, world, num_pairs):
 
 @stage
 def follow_contacts(address, workspace_address, world, first, last):
-    """Where curved contacts of one island, order[first:last], are with the bodies at ``predicted``: fields ``end_*``.
+    """Where contacts of one island, order[first:last], are with the bodies at ``predicted``: fields ``end_*``.
 
-    A contact that is not found again keeps what they hold. Pairs that hardly move against each other are not asked.
+    Asked for are curved contacts that last, unless their bodies hardly move against each other, and contacts that would
+    close along the normal they started with: a ball that rolls up to an edge flush with the ground passes over it. If
+    the two do not overlap in the end, and have moved by less than they could pass through each other, nothing closes. A
+    contact that is not found again keeps what its fields hold.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -137,22 +140,33 @@ def follow_contacts(address, workspace_address, world, first, last):
     query.capacity = workspace.asked_size
     query.scratch = workspace.clipping
     query.scratch_rows = workspace.clipping_size // 8
-    pair = -1
-    count = 0
+    pair = np.int64(-1)
+    count = np.int64(0)
+    apart = False
     for index in range(first, last):
         contact = contacts[order[index]]
-        if contact.curved == 0 or contact.persistent == 0:
+        closing = contact.persistent == 0 and contact.end_gap < 0.0
+        if not closing and (contact.curved == 0 or contact.persistent == 0):
             continue
         if contact.pair != pair:
             pair = contact.pair
-            count = 0
+            count = np.int64(0)
+            apart = False
             a = contact.body_a
             b = contact.body_b
-            if _stirs(states[a], predicted[a], states[b], predicted[b], contact):
+            moved = _motion(states[a], predicted[a], states[b], predicted[b], contact)
+            if moved > STILL * contact.size:
                 query.margin = SLACK * contact.size
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
+                apart = moved < contact.size and count <= asked.shape[0]
+                for number in range(min(count, asked.shape[0])):
+                    apart = apart and asked[number].gap >= -OVERLAP * contact.size
+        if closing:
+            if apart:
+                contact.end_gap = 0.0
+            continue
         for number in range(min(count, asked.shape[0])):
             found = asked[number]
             if found.feature == contact.feature:
@@ -167,8 +181,8 @@ def follow_contacts(address, workspace_address, world, first, last):
 
 
 @kernel
-def _stirs(start_a, end_a, start_b, end_b, contact):
-    """Whether two bodies move against each other by more than STILL of the smaller one."""
+def _motion(start_a, end_a, start_b, end_b, contact):
+    """Bound [m] of how far two bodies move against each other at a contact."""
     point = vec3.load(contact.start_position)
     arm_a = vec3.sub(point, vec3.load(start_a.center))
     arm_b = vec3.sub(point, vec3.load(start_b.center))
@@ -178,7 +192,7 @@ def _stirs(start_a, end_a, start_b, end_b, contact):
     for axis in range(1, 4):
         reach += 2.0 * vec3.norm(arm_a) * abs(end_a.orientation[axis] - start_a.orientation[axis])
         reach += 2.0 * vec3.norm(arm_b) * abs(end_b.orientation[axis] - start_b.orientation[axis])
-    return reach > STILL * contact.size
+    return reach
 
 
 @kernel

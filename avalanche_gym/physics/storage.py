@@ -22,7 +22,6 @@ from .model import (
     SHAPE_NAMES,
     SOLVER_FULL,
 )
-from .narrow_phase.collide import curves
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
@@ -111,9 +110,7 @@ class Storage:
             header["solve_contacts"] = response.solve_contacts.address
             header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
-            met = np.flatnonzero(arrays["pair_functions"])
-            if any(curves(*divmod(int(pair), NUM_SHAPES)) for pair in met):
-                header["follow_contacts"] = detection.follow_contacts.address
+            header["follow_contacts"] = detection.follow_contacts.address
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""

@@ -157,6 +157,16 @@ def predict_places(
 
 
 @kernel
+def asks(contacts, order, first, last):
+    """Whether the narrow phase has to say where a contact of the island is in the end."""
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if (contact.curved == 1) if contact.persistent == 1 else (contact.end_gap < 0.0):
+            return True
+    return False
+
+
+@kernel
 def closes(contacts, order, first, last):
     """Whether a contact of the island that does not last would close on the way."""
     for index in range(first, last):
@@ -240,8 +250,8 @@ def set_turning(bodies, predicted, working, time_step, contacts, order, first, l
         turning = vec3.sub(at_end, at_middle)
         contact.bias = 0.0
         if contact.persistent == 0:
-            # Its gap would end at free_gap + h n . du / 2; it comes into play where that is zero.
-            contact.bias = 2.0 * contact.free_gap / time_step - contact.free
+            # Its gap would end at end_gap + h n . (u - u') / 2; it comes into play where that is zero.
+            contact.bias = 2.0 * contact.end_gap / time_step - vec3.dot(vec3.load(contact.normal), at_end)
         elif drifts:
             # What is deeper is left to the position stage.
             if contact.start_gap >= -DRIFT * contact.size:

@@ -30,6 +30,7 @@ from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
 from .lasting import (
     MOST_PREDICTIONS,
     add_creep,
+    asks,
     came_true,
     closes,
     end_lasting,
@@ -136,7 +137,7 @@ def _step_island(address, workspace_address, world, island):
             bodies, starts, flown, ends, time_step, contacts, order, first, last, members, first_body, last_body,
             predicted, working,
         )  # fmt: skip
-        if header.follow_contacts != 0:
+        if asks(contacts, order, first, last):
             call_stage(header.follow_contacts, address, workspace_address, world, first, last)
         struck = closes(contacts, order, first, last)
         if struck:
