@@ -9,12 +9,12 @@ import numpy as np
 from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .contacts.materials import mix_materials
-from .contacts.prediction import OVERLAP, SLACK
+from .contacts.prediction import DRIFT, SLACK
 from .integrator.flight import fly
 from .jit import kernel, stage
 from .maths import vec3
 from .memory import bodies_of, colliders_of, fields_of, header_at, states_of, table, workspace_at
-from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, REMOVED
+from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
 from .narrow_phase.pair_query import query_at
@@ -160,16 +160,21 @@ def follow_contacts(address, workspace_address, world, first, last):
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
-                apart = moved < contact.size and count <= asked.shape[0]
+                # To pass through the thinnest sheet a body has to move by its whole thickness.
+                apart = moved < 2.0 * contact.size and count <= asked.shape[0]
                 for number in range(min(count, asked.shape[0])):
-                    apart = apart and asked[number].gap >= -OVERLAP * contact.size
+                    apart = apart and asked[number].gap >= -DRIFT * contact.size
         if closing:
             if apart:
-                contact.end_gap = 0.0
+                # What is not found again is farther away than was asked for.
+                contact.end_gap = SLACK * contact.size
+                for number in range(count):
+                    if _same(asked[number].feature, contact.feature):
+                        contact.end_gap = max(asked[number].gap, 0.0)
             continue
         for number in range(min(count, asked.shape[0])):
             found = asked[number]
-            if found.feature == contact.feature:
+            if _same(found.feature, contact.feature):
                 normal = vec3.load(found.normal)
                 drift = vec3.scale(header.time_step, vec3.load(contact.surface_velocity))
                 rise = vec3.dot(normal, drift)
@@ -178,6 +183,12 @@ def follow_contacts(address, workspace_address, world, first, last):
                 contact.end_gap = found.gap + rise
                 break
     return 0
+
+
+@kernel
+def _same(one, other):
+    """Whether two features are the same, or the same point of a body on another part of the terrain."""
+    return one == other or (one >= SLIDING and one >> PLACE_BITS == other >> PLACE_BITS)
 
 
 @kernel

@@ -65,6 +65,12 @@ def _set_frame(first, state_a, second, state_b, contact):
         on_a = _along_axis(first, state_a, normal)
         contact.frame = ON_A if on_a else ON_B
         contact.curved = 0 if on_a or _along_axis(second, state_b, normal) else 1
+    elif contact.curved == 1 and a != SMOOTH_FIELD and b != SMOOTH_FIELD:
+        # A cylinder that stands on its flat end is as good as a box.
+        normal = vec3.load(contact.normal)
+        stands = a == CYLINDER and _stands(first, state_a, normal)
+        if stands or (b == CYLINDER and _stands(second, state_b, normal)):
+            contact.curved = 0
 
 
 @kernel
@@ -72,6 +78,12 @@ def _along_axis(collider, state, normal):
     _, rotation = place(collider, state)
     local = mat3.apply_transposed(rotation, normal)
     return max(abs(local[0]), abs(local[1]), abs(local[2])) >= FACE_COSINE
+
+
+@kernel
+def _stands(collider, state, normal):
+    _, rotation = place(collider, state)
+    return abs(mat3.apply_transposed(rotation, normal)[2]) >= FACE_COSINE
 
 
 @kernel

@@ -98,6 +98,7 @@ def expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
                     start = starts[handle]
                     center = vec3.add_scaled(vec3.load(start.center), time_step, vec3.load(start.velocity))
                     vec3.store(ends[handle].center, center)
+                    vec3.store(ends[handle].velocity, vec3.load(start.velocity))
 
 
 @kernel
@@ -215,7 +216,7 @@ def _drifts(contacts, order, first, last):
 
 
 @kernel
-def set_turning(bodies, predicted, working, time_step, contacts, order, first, last):
+def set_turning(bodies, predicted, working, ends, time_step, contacts, order, first, last):
     """``turning`` and ``bias`` of each contact.
 
     The velocity at the end is that of the relative motion (V, Omega) of the pair at arm x' from the centre of one of
@@ -250,8 +251,12 @@ def set_turning(bodies, predicted, working, time_step, contacts, order, first, l
         turning = vec3.sub(at_end, at_middle)
         contact.bias = 0.0
         if contact.persistent == 0:
-            # Its gap would end at end_gap + h n . (u - u') / 2; it comes into play where that is zero.
-            contact.bias = 2.0 * contact.end_gap / time_step - vec3.dot(vec3.load(contact.normal), at_end)
+            # Its gap would end at end_gap + h n . (u - u') / 2, u' being the velocity that led to that gap; it comes
+            # into play where that is zero.
+            point = vec3.load(contact.end_position)
+            expected = vec3.sub(velocity_at(predicted[b], ends[b], point), velocity_at(predicted[a], ends[a], point))
+            expected = vec3.add(expected, vec3.load(contact.surface_velocity))
+            contact.bias = 2.0 * contact.end_gap / time_step - vec3.dot(vec3.load(contact.normal), expected)
         elif drifts:
             # What is deeper is left to the position stage.
             if contact.start_gap >= -DRIFT * contact.size:
@@ -303,7 +308,7 @@ def add_creep(starts, ends, contacts, order, first, last):
 @kernel
 def prepare_lasting(
     bodies, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
-    predicted, working,
+    predicted, working, ends,
 ):  # fmt: skip
     """Write the contact problem of one island about the middle of the way to ``predicted``: contacts, and ``working``
     bodies.
@@ -311,7 +316,7 @@ def prepare_lasting(
     take_middle(predicted, working, contacts, order, first, last)
     sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
     predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body, predicted, working)
-    set_turning(bodies, predicted, working, time_step, contacts, order, first, last)
+    set_turning(bodies, predicted, working, ends, time_step, contacts, order, first, last)
 
 
 @kernel

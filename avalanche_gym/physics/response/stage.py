@@ -144,7 +144,7 @@ def _step_island(address, workspace_address, world, island):
             break
         prepare_lasting(
             bodies, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
-            predicted, working,
+            predicted, working, ends,
         )  # fmt: skip
         if not _solve(address, workspace_address, world, island):
             return False
