@@ -23,9 +23,10 @@ def step_world(address, workspace_address, world):
     flight        every body flies to the end of the step as if nothing touched (exact)
     broad phase   pairs of bodies whose swept bounds meet
     narrow phase  their contacts, at the start of the step, as far as the motion can reach
-    contacts      what each asks of the velocities at the end; the impulses of the last step to start from
-    solver        island by island; contacts that closed in this step settle their velocity by a second solve
-    commit        flight plus what the impulses move; measured overlap is removed without adding velocity
+    contacts      which last and which strike, island by island; the impulses of the last step to start from
+    solver        a smooth step of order 2 where all contacts last, a struck one where something closes;
+                  measured overlap is removed without adding velocity
+    commit        the step becomes real
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)

@@ -21,7 +21,7 @@ HARD_CASES: dict[str, HardCase] = {
 }
 
 UNBUILT = (
-    Unbuilt(23, "Bunny on terrain; bunny on bunny; nut and bolt", "two meshes do not meet yet; no rolling friction"),
+    Unbuilt(23, "Bunny on terrain; bunny on bunny; nut and bolt", "two meshes do not meet yet"),
     Unbuilt(23, "A settled body sleeps", "sleeping is not built yet"),
     Unbuilt(24, "A body on a wave that travels along the carpet", "no reference for the motion over a curved wave yet"),
 )
