@@ -124,6 +124,11 @@ def test_against_brute_force(shape_a, shape_b, examples):
     run()
 
 
+# The distance is exact to 1e-14 of itself. Where a surface is round, the place of the closest points follows from it as
+# the square root, times how flat the surfaces lie to each other.
+CURVED_PLACE = 1e-6
+
+
 def check_convex_pair(a, b):
     """The gap is the separation along the normal and that of two points of the shapes: both bounds of the distance."""
     size = a.extent + b.extent
@@ -145,7 +150,7 @@ def check_convex_pair(a, b):
     if closest["gap"] > 0.0:
         for placed, side in ((a, -0.5), (b, 0.5)):
             point = closest["position"] + side * closest["gap"] * closest["normal"]
-            assert beyond_surface(placed, point) <= 1e-7 * size
+            assert beyond_surface(placed, point) <= (CURVED_PLACE if CYLINDER in (a.shape, b.shape) else 1e-7) * size
 
 
 @pytest.mark.parametrize(
