@@ -46,10 +46,11 @@ demo: $(READY)  ## train a lander for at most four minutes; model, curve and pic
 
 test: lint types contracts pytest  ## lint, types, import contracts and the test suite
 
-verify: $(READY) oldest-gymnasium gate  ## the long verification
+verify: $(READY) oldest-gymnasium  ## the long verification
+	$(RUN) -m benchmarks.gate --quick --show-costs
 	$(RUN) -m pytest -m verify -n $(JOBS) --timeout 1200
 
-gate: $(READY)  ## errors, orders, verdicts and costs of the engine against the stored baseline
+gate: $(READY)  ## errors, orders, verdicts and costs of the engine against the stored baseline; wants a quiet machine
 	$(RUN) -m benchmarks.gate --quick
 
 bench: $(READY)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -18,6 +18,9 @@ from .lane import Lane
 from .lane_state import LaneState
 from .picture import RENDER_MODES, Picture, check_render_mode, open_window
 from .single import checked_reset_options, spaces_of
+
+if TYPE_CHECKING:
+    from ..rendering import Window
 
 Mask = NDArray[np.bool_]
 
@@ -34,6 +37,9 @@ class NativeVectorEnv(VectorEnv):
         max_episode_steps: after so many steps an episode is truncated; ``None`` takes the task's own number.
         autoreset_mode: when an ended lane starts again: in the next step, in the same step, or by the user.
     """
+
+    # Closing an environment that could not be made finds no window.
+    _window: Window | None = None
 
     task_class: ClassVar[type[BatchedTask]]
     default_episode_steps: ClassVar[int]
