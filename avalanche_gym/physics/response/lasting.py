@@ -25,31 +25,13 @@ at rest the impulses of the last step solve it.
 
 from __future__ import annotations
 
-from ..contacts.prediction import DRIFT, OVERLAP, bears_load, gap_change, point_displacement, velocity_at
-from ..contacts.turning import turn_contact
+from ..contacts.prediction import DRIFT, OVERLAP, velocity_at
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..model import BETWEEN, DYNAMIC, ON_A
+from ..model import DYNAMIC
 from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
-
-# Share of its gap, and of its creep along the surface while it sticks, that a lasting contact makes good in a step. The
-# trapezoid leaves O(h^3) of both where a contact turns; so they stay small, at speeds far below any that matter.
-CLOSING = 0.25
-# Gaps, overlaps and creep below this fraction of the smaller body are left alone: what rests shall be still.
-SETTLED = 3e-7
-# A prediction whose contacts end within this fraction of the smaller body of where they were expected is good enough;
-# else the solution serves as the next prediction. Larger: order 1 where forces change abruptly.
-FORESEEN = 1e-6
-MOST_PREDICTIONS = 3
-
-
-@kernel
-def _middle(a, b):
-    """Midway between two close orientations."""
-    sign = 1.0 if a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] >= 0.0 else -1.0
-    if a[1] == sign * b[1] and a[2] == sign * b[2] and a[3] == sign * b[3]:
-        return a
-    return quat.normalize((a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3]))
+from .creep import CLOSING, drifts_away
+from .places import back_to_middle, take_middle
 
 
 @kernel
@@ -69,124 +51,6 @@ def place_end(body, start, flown, orientation, row, time_step, out):
 
 
 @kernel
-def predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working):
-    """Places at the predicted end, those of ``ends``, and midway to it."""
-    for index in range(first_body, last_body):
-        handle = island_bodies[index]
-        start = starts[handle]
-        center = vec3.load(ends[handle].center)
-        orientation = quat.load(ends[handle].orientation)
-        vec3.store(predicted[handle].center, center)
-        quat.store(predicted[handle].orientation, orientation)
-        vec3.store(working[handle].center, vec3.scale(0.5, vec3.add(vec3.load(start.center), center)))
-        quat.store(working[handle].orientation, _middle(quat.load(start.orientation), orientation))
-
-
-@kernel
-def expect_steady(starts, time_step, contacts, order, first, last, bodies, ends):
-    """The first prediction: bodies that bore load in the last step go on at the velocity they have.
-
-    Not at what the impulses of the last step would do to them: those balance one another only to within the small
-    motion since, and where a heavy body rests on a light one that is far too much.
-    """
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        if bears_load(contact):
-            for side in range(2):
-                handle = contact.body_a if side == 0 else contact.body_b
-                if bodies[handle].motion == DYNAMIC:
-                    start = starts[handle]
-                    center = vec3.add_scaled(vec3.load(start.center), time_step, vec3.load(start.velocity))
-                    vec3.store(ends[handle].center, center)
-                    vec3.store(ends[handle].velocity, vec3.load(start.velocity))
-
-
-@kernel
-def _predict_support(start, flown, predicted, working):
-    """What is not dynamic moves as it flies."""
-    vec3.store(predicted.center, vec3.load(flown.center))
-    quat.store(predicted.orientation, quat.load(flown.orientation))
-    vec3.store(predicted.velocity, vec3.load(flown.velocity))
-    vec3.store(predicted.angular_velocity, vec3.load(flown.angular_velocity))
-    vec3.store(working.center, vec3.scale(0.5, vec3.add(vec3.load(start.center), vec3.load(flown.center))))
-    quat.store(working.orientation, _middle(quat.load(start.orientation), quat.load(flown.orientation)))
-    vec3.store(working.velocity, vec3.load(flown.velocity))
-    vec3.store(working.angular_velocity, vec3.load(flown.angular_velocity))
-
-
-@kernel
-def _back_to_middle(contact, predicted, working, vector):
-    """Q: a vector at the end of the step as the middle sees it.
-
-    It turns with the body that carries the normal, spin about the normal included: then the velocities of all contacts
-    of a pair turn alike, and contacts that stick at the end can stick in the problem that is solved.
-    """
-    if contact.frame == BETWEEN or contact.curved == 1:
-        normal = vec3.load(contact.end_normal)
-        middle = vec3.normalize(vec3.add(vec3.load(contact.start_normal), normal))
-        axis = vec3.cross(normal, middle)
-        once = vec3.cross(axis, vector)
-        # Rodrigues' formula for the smallest rotation from one unit vector to another.
-        return vec3.add(
-            vec3.add(vector, once), vec3.scale(1.0 / (1.0 + vec3.dot(normal, middle)), vec3.cross(axis, once))
-        )
-    carrier = contact.body_a if contact.frame == ON_A else contact.body_b
-    end = quat.load(predicted[carrier].orientation)
-    middle = quat.load(working[carrier].orientation)
-    if end[1] == middle[1] and end[2] == middle[2] and end[3] == middle[3]:
-        return vector
-    return quat.rotate(middle, quat.rotate_inverse(end, vector))
-
-
-@kernel
-def predict_places(
-    bodies, starts, flown, ends, time_step, contacts, order, first, last, island_bodies, first_body, last_body,
-    predicted, working,
-):  # fmt: skip
-    """Bodies at the end that ``ends`` has so far, and midway to it; the contacts' fields ``end_*`` there."""
-    predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working)
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        a = contact.body_a
-        b = contact.body_b
-        if bodies[a].motion != DYNAMIC:
-            _predict_support(starts[a], flown[a], predicted[a], working[a])
-        if bodies[b].motion != DYNAMIC:
-            _predict_support(starts[b], flown[b], predicted[b], working[b])
-        contact.warm = 1 if bears_load(contact) else 0
-        turn_contact(contact, starts[a], predicted[a], starts[b], predicted[b], time_step)
-
-
-@kernel
-def asks(contacts, order, first, last):
-    """Whether the narrow phase has to say where a contact of the island is in the end."""
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        if (contact.curved == 1) if contact.persistent == 1 else (contact.end_gap < 0.0):
-            return True
-    return False
-
-
-@kernel
-def closes(contacts, order, first, last):
-    """Whether a contact of the island that does not last would close on the way."""
-    for index in range(first, last):
-        if contacts[order[index]].persistent == 0 and contacts[order[index]].end_gap < 0.0:
-            return True
-    return False
-
-
-@kernel
-def take_middle(predicted, working, contacts, order, first, last):
-    """Make ``position`` and ``normal`` of each contact those of the middle."""
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        position = vec3.add(vec3.load(contact.start_position), vec3.load(contact.end_position))
-        vec3.store(contact.position, vec3.scale(0.5, position))
-        vec3.store(contact.normal, _back_to_middle(contact, predicted, working, vec3.load(contact.end_normal)))
-
-
-@kernel
 def predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body, predicted, working):
     """v'(r0) into ``predicted`` and v_w into ``working``; ``sums`` has the arms of the middle."""
     for index in range(first_body, last_body):
@@ -201,21 +65,6 @@ def predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body
 
 
 @kernel
-def _drifts(contacts, order, first, last):
-    """Whether a lasting contact of the island has a gap, an overlap or a creep worth making good.
-
-    One answer for all: what each contact asks for on its own, no motion of rigid bodies may be able to give.
-    """
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        if contact.persistent == 1:
-            squares = contact.start_gap**2 + vec3.norm_squared(vec3.load(contact.creep))
-            if squares > (SETTLED * contact.size) ** 2:
-                return True
-    return False
-
-
-@kernel
 def set_turning(bodies, predicted, working, ends, time_step, contacts, order, first, last):
     """``turning`` and ``bias`` of each contact.
 
@@ -224,7 +73,7 @@ def set_turning(bodies, predicted, working, ends, time_step, contacts, order, fi
     pair, and the difference it makes is left out where it is round-off: velocities that no rigid motion could bring to
     zero would make contacts slip that stick.
     """
-    drifts = _drifts(contacts, order, first, last)
+    drifts = drifts_away(contacts, order, first, last)
     for index in range(first, last):
         contact = contacts[order[index]]
         a = contact.body_a
@@ -239,10 +88,10 @@ def set_turning(bodies, predicted, working, ends, time_step, contacts, order, fi
         center = vec3.load(predicted[own].center)
         relative = vec3.sub(vec3.load(predicted[own].velocity), velocity_at(predicted[other], predicted[other], center))
         spin = vec3.sub(vec3.load(predicted[own].angular_velocity), vec3.load(predicted[other].angular_velocity))
-        relative = vec3.scale(sign, _back_to_middle(contact, predicted, working, relative))
-        spin = vec3.scale(sign, _back_to_middle(contact, predicted, working, spin))
+        relative = vec3.scale(sign, back_to_middle(contact, predicted, working, relative))
+        spin = vec3.scale(sign, back_to_middle(contact, predicted, working, spin))
         arm = vec3.sub(vec3.load(contact.end_position), center)
-        arm = _back_to_middle(contact, predicted, working, arm)
+        arm = back_to_middle(contact, predicted, working, arm)
         arm_middle = vec3.sub(middle, vec3.load(working[own].center))
         at_end = vec3.add(relative, vec3.cross(spin, arm_middle))
         change = vec3.cross(spin, vec3.sub(arm, arm_middle))
@@ -263,46 +112,6 @@ def set_turning(bodies, predicted, working, ends, time_step, contacts, order, fi
                 contact.bias = CLOSING * contact.start_gap / time_step
             turning = vec3.add_scaled(turning, CLOSING / time_step, vec3.load(contact.creep))
         vec3.store(contact.turning, turning)
-
-
-@kernel
-def note_sticking(time_step, contacts, order, first, last, rows):
-    """Set ``sticks`` of each contact from the solved problem, whose rows are still there.
-
-    A contact sticks if it bears load and has no velocity, also if its friction happens to be at its limit.
-    """
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        velocity = vec3.load(rows[index - first].velocity)
-        normal = vec3.load(contact.normal)
-        slip = time_step * vec3.norm(vec3.add_scaled(velocity, -vec3.dot(velocity, normal), normal))
-        sticks = contact.persistent == 1 and bears_load(contact) and slip <= OVERLAP * contact.size
-        contact.sticks = 1 if sticks else 0
-
-
-@kernel
-def add_creep(starts, ends, contacts, order, first, last):
-    """Add up how far each contact that sticks has crept along its tangents, which a true one would not.
-
-    It counts from the end of the step in which the contact came to rest, and turns with the ground. Only corners: where
-    round shapes roll, the material at the contact is always another.
-    """
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        creep = vec3.ZERO
-        corner = contact.radius_a == 0.0 and contact.radius_b == 0.0 and contact.curved == 0
-        if corner and contact.stuck == 1 and contact.sticks == 1:
-            a = contact.body_a
-            b = contact.body_b
-            carrier = a if contact.frame == ON_A else b
-            creep = quat.rotate_inverse(quat.load(starts[carrier].orientation), vec3.load(contact.creep))
-            creep = quat.rotate(quat.load(ends[carrier].orientation), creep)
-            point = vec3.load(contact.start_position)
-            creep = vec3.add(creep, point_displacement(starts[b], ends[b], point))
-            creep = vec3.sub(creep, point_displacement(starts[a], ends[a], point))
-            normal = vec3.load(contact.end_normal)
-            creep = vec3.add_scaled(creep, -vec3.dot(creep, normal), normal)
-        vec3.store(contact.creep, creep)
 
 
 @kernel
@@ -332,23 +141,3 @@ def end_lasting(
         middle = quat.load(working[handle].orientation)
         place_end(body, starts[handle], flown[handle], middle, sums[handle], time_step, ends[handle])
         set_velocities(body, flown[handle], sums[handle], ends[handle])
-
-
-@kernel
-def came_true(predicted, ends, contacts, order, first, last):
-    """Whether all contacts of an island that last end where they were predicted to.
-
-    One that bore no load before, as in a first step, had no prediction.
-    """
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        if contact.persistent == 1:
-            a = contact.body_a
-            b = contact.body_b
-            position = vec3.load(contact.end_position)
-            normal = vec3.load(contact.end_normal)
-            gap = contact.end_gap
-            miss = gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b])
-            if abs(miss) > (FORESEEN if contact.warm == 1 else OVERLAP) * contact.size:
-                return False
-    return True

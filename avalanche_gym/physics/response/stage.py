@@ -26,20 +26,11 @@ from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
+from .creep import add_creep, note_sticking
 from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
-from .lasting import (
-    MOST_PREDICTIONS,
-    add_creep,
-    asks,
-    came_true,
-    closes,
-    end_lasting,
-    expect_steady,
-    note_sticking,
-    predict_places,
-    prepare_lasting,
-)
+from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
+from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, predict_places
 
 
 @kernel

@@ -1,0 +1,74 @@
+"""What the trapezoid leaves of gaps, overlaps and creep, and how it is made good.
+
+A point that rests on turning ground is left behind by O(h^3) in each step. The solver knows velocities only, so it
+would never be told. A lasting contact therefore remembers how far it has crept along the surface since it sticks, and
+asks for a velocity that makes a share of that, and of its gap, good in a step.
+"""
+
+from __future__ import annotations
+
+from ..contacts.prediction import OVERLAP, bears_load, point_displacement
+from ..jit import kernel
+from ..maths import quat, vec3
+from ..model import ON_A
+
+# Share of its gap, and of its creep along the surface while it sticks, that a lasting contact makes good in a step, at
+# speeds far below any that matter.
+CLOSING = 0.25
+# Gaps, overlaps and creep below this fraction of the smaller body are left alone: what rests shall be still.
+SETTLED = 3e-7
+
+
+@kernel
+def drifts_away(contacts, order, first, last):
+    """Whether a lasting contact of the island has a gap, an overlap or a creep worth making good.
+
+    One answer for all: what each contact asks for on its own, no motion of rigid bodies may be able to give.
+    """
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            squares = contact.start_gap**2 + vec3.norm_squared(vec3.load(contact.creep))
+            if squares > (SETTLED * contact.size) ** 2:
+                return True
+    return False
+
+
+@kernel
+def note_sticking(time_step, contacts, order, first, last, rows):
+    """Set ``sticks`` of each contact from the solved problem, whose rows are still there.
+
+    A contact sticks if it bears load and has no velocity, also if its friction happens to be at its limit.
+    """
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        velocity = vec3.load(rows[index - first].velocity)
+        normal = vec3.load(contact.normal)
+        slip = time_step * vec3.norm(vec3.add_scaled(velocity, -vec3.dot(velocity, normal), normal))
+        sticks = contact.persistent == 1 and bears_load(contact) and slip <= OVERLAP * contact.size
+        contact.sticks = 1 if sticks else 0
+
+
+@kernel
+def add_creep(starts, ends, contacts, order, first, last):
+    """Add up how far each contact that sticks has crept along its tangents, which a true one would not.
+
+    It counts from the end of the step in which the contact came to rest, and turns with the ground. Only corners: where
+    round shapes roll, the material at the contact is always another.
+    """
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        creep = vec3.ZERO
+        corner = contact.radius_a == 0.0 and contact.radius_b == 0.0 and contact.curved == 0
+        if corner and contact.stuck == 1 and contact.sticks == 1:
+            a = contact.body_a
+            b = contact.body_b
+            carrier = a if contact.frame == ON_A else b
+            creep = quat.rotate_inverse(quat.load(starts[carrier].orientation), vec3.load(contact.creep))
+            creep = quat.rotate(quat.load(ends[carrier].orientation), creep)
+            point = vec3.load(contact.start_position)
+            creep = vec3.add(creep, point_displacement(starts[b], ends[b], point))
+            creep = vec3.sub(creep, point_displacement(starts[a], ends[a], point))
+            normal = vec3.load(contact.end_normal)
+            creep = vec3.add_scaled(creep, -vec3.dot(creep, normal), normal)
+        vec3.store(contact.creep, creep)

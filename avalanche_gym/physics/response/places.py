@@ -1,0 +1,161 @@
+"""Where bodies and contacts of a smooth step are in its middle and at its end: predicted, and whether it came true."""
+
+from __future__ import annotations
+
+from ..contacts.prediction import OVERLAP, bears_load, gap_change
+from ..contacts.turning import turn_contact
+from ..jit import kernel
+from ..maths import quat, vec3
+from ..model import BETWEEN, DYNAMIC, ON_A
+
+# A prediction whose contacts end within this fraction of the smaller body of where they were expected is good enough;
+# else the solution serves as the next prediction. Larger: order 1 where forces change abruptly.
+FORESEEN = 1e-6
+MOST_PREDICTIONS = 3
+
+
+@kernel
+def midway(a, b):
+    """Midway between two close orientations."""
+    sign = 1.0 if a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] >= 0.0 else -1.0
+    if a[1] == sign * b[1] and a[2] == sign * b[2] and a[3] == sign * b[3]:
+        return a
+    return quat.normalize((a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3]))
+
+
+@kernel
+def predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working):
+    """Places at the predicted end, those of ``ends``, and midway to it."""
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        start = starts[handle]
+        center = vec3.load(ends[handle].center)
+        orientation = quat.load(ends[handle].orientation)
+        vec3.store(predicted[handle].center, center)
+        quat.store(predicted[handle].orientation, orientation)
+        vec3.store(working[handle].center, vec3.scale(0.5, vec3.add(vec3.load(start.center), center)))
+        quat.store(working[handle].orientation, midway(quat.load(start.orientation), orientation))
+
+
+@kernel
+def expect_steady(starts, time_step, contacts, order, first, last, bodies, ends):
+    """The first prediction: bodies that bore load in the last step go on at the velocity they have.
+
+    Not at what the impulses of the last step would do to them: those balance one another only to within the small
+    motion since, and where a heavy body rests on a light one that is far too much.
+    """
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if bears_load(contact):
+            for side in range(2):
+                handle = contact.body_a if side == 0 else contact.body_b
+                if bodies[handle].motion == DYNAMIC:
+                    start = starts[handle]
+                    center = vec3.add_scaled(vec3.load(start.center), time_step, vec3.load(start.velocity))
+                    vec3.store(ends[handle].center, center)
+                    vec3.store(ends[handle].velocity, vec3.load(start.velocity))
+
+
+@kernel
+def _predict_support(start, flown, predicted, working):
+    """What is not dynamic moves as it flies."""
+    vec3.store(predicted.center, vec3.load(flown.center))
+    quat.store(predicted.orientation, quat.load(flown.orientation))
+    vec3.store(predicted.velocity, vec3.load(flown.velocity))
+    vec3.store(predicted.angular_velocity, vec3.load(flown.angular_velocity))
+    vec3.store(working.center, vec3.scale(0.5, vec3.add(vec3.load(start.center), vec3.load(flown.center))))
+    quat.store(working.orientation, midway(quat.load(start.orientation), quat.load(flown.orientation)))
+    vec3.store(working.velocity, vec3.load(flown.velocity))
+    vec3.store(working.angular_velocity, vec3.load(flown.angular_velocity))
+
+
+@kernel
+def back_to_middle(contact, predicted, working, vector):
+    """Q: a vector at the end of the step as the middle sees it.
+
+    It turns with the body that carries the normal, spin about the normal included: then the velocities of all contacts
+    of a pair turn alike, and contacts that stick at the end can stick in the problem that is solved.
+    """
+    if contact.frame == BETWEEN or contact.curved == 1:
+        normal = vec3.load(contact.end_normal)
+        middle = vec3.normalize(vec3.add(vec3.load(contact.start_normal), normal))
+        axis = vec3.cross(normal, middle)
+        once = vec3.cross(axis, vector)
+        # Rodrigues' formula for the smallest rotation from one unit vector to another.
+        return vec3.add(
+            vec3.add(vector, once), vec3.scale(1.0 / (1.0 + vec3.dot(normal, middle)), vec3.cross(axis, once))
+        )
+    carrier = contact.body_a if contact.frame == ON_A else contact.body_b
+    end = quat.load(predicted[carrier].orientation)
+    middle = quat.load(working[carrier].orientation)
+    if end[1] == middle[1] and end[2] == middle[2] and end[3] == middle[3]:
+        return vector
+    return quat.rotate(middle, quat.rotate_inverse(end, vector))
+
+
+@kernel
+def predict_places(
+    bodies, starts, flown, ends, time_step, contacts, order, first, last, island_bodies, first_body, last_body,
+    predicted, working,
+):  # fmt: skip
+    """Bodies at the end that ``ends`` has so far, and midway to it; the contacts' fields ``end_*`` there."""
+    predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working)
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        a = contact.body_a
+        b = contact.body_b
+        if bodies[a].motion != DYNAMIC:
+            _predict_support(starts[a], flown[a], predicted[a], working[a])
+        if bodies[b].motion != DYNAMIC:
+            _predict_support(starts[b], flown[b], predicted[b], working[b])
+        contact.warm = 1 if bears_load(contact) else 0
+        turn_contact(contact, starts[a], predicted[a], starts[b], predicted[b], time_step)
+
+
+@kernel
+def asks(contacts, order, first, last):
+    """Whether the narrow phase has to say where a contact of the island is in the end."""
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if (contact.curved == 1) if contact.persistent == 1 else (contact.end_gap < 0.0):
+            return True
+    return False
+
+
+@kernel
+def closes(contacts, order, first, last):
+    """Whether a contact of the island that does not last would close on the way."""
+    for index in range(first, last):
+        if contacts[order[index]].persistent == 0 and contacts[order[index]].end_gap < 0.0:
+            return True
+    return False
+
+
+@kernel
+def take_middle(predicted, working, contacts, order, first, last):
+    """Make ``position`` and ``normal`` of each contact those of the middle."""
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        position = vec3.add(vec3.load(contact.start_position), vec3.load(contact.end_position))
+        vec3.store(contact.position, vec3.scale(0.5, position))
+        vec3.store(contact.normal, back_to_middle(contact, predicted, working, vec3.load(contact.end_normal)))
+
+
+@kernel
+def came_true(predicted, ends, contacts, order, first, last):
+    """Whether all contacts of an island that last end where they were predicted to.
+
+    One that bore no load before, as in a first step, had no prediction.
+    """
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            a = contact.body_a
+            b = contact.body_b
+            position = vec3.load(contact.end_position)
+            normal = vec3.load(contact.end_normal)
+            gap = contact.end_gap
+            miss = gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b])
+            if abs(miss) > (FORESEEN if contact.warm == 1 else OVERLAP) * contact.size:
+                return False
+    return True
