@@ -1,7 +1,7 @@
 """Bodies on ground that moves, against closed forms and the reduced equation of motion.
 
-The place of a body that sticks is met to order 1 in the step: the velocity of its support counts from the start of the
-step on, its own from the middle.
+A body that sticks keeps its place on ground that moves smoothly. Where the user sets the velocity of the ground anew in
+each step, the ground jumps and the body follows half a step behind: order 1, without adding up.
 """
 
 import numpy as np
@@ -20,10 +20,9 @@ def drift_on_turntable(excess, rate, seconds):
 
 
 def test_box_on_a_turntable():
-    coarse, fine = (drift_on_turntable(2.0, rate, 1.0) for rate in (240, 960))
-    assert coarse < 0.0095 and fine < 0.3 * coarse
-    # One per cent of friction decides, as far as the drift lets it.
-    assert drift_on_turntable(1.01, 960, 4.0) < 0.02
+    assert drift_on_turntable(2.0, 240, 1.0) < 1e-6
+    # One per cent of friction decides.
+    assert drift_on_turntable(1.01, 240, 10.0) < 1e-6
     assert drift_on_turntable(0.99, 960, 4.0) > 1.0
 
 
