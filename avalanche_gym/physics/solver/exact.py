@@ -163,7 +163,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             spent += used
             if solved:
                 return best, spent, method
-            if spent >= max_iterations or goal < SECOND_GOAL or best < GOOD:
+            if spent >= max_iterations or goal < SECOND_GOAL or best <= max(GOOD, tolerance):
                 break
             if rows[num_contacts - 1].of >= 0:
                 # The interior point knows no moments; sweeps unsettle Newton as well.

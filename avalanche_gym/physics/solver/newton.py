@@ -76,7 +76,8 @@ def newton(
     if present < best:
         best = present
         keep_best(rows, num_contacts)
-    solved = best <= tolerance
+    # The caller found the present impulses wanting, be they within the tolerance.
+    solved = False
     while spent < budget and not solved:
         if on_trial == 0:
             keep_accepted(rows, num_contacts)
@@ -107,6 +108,8 @@ def newton(
             if best < SIGNIFICANT * mark:
                 mark = best
                 since_mark = 0
+        elif best <= tolerance:
+            break
         if trial <= ACCEPT * max(h0, h1, h2, h3, h4):
             shrink = SHRINK_FAST if trial < 0.5 * present else SHRINK
             delta = max(shrink * delta, DELTA_MIN_NEAR if trial < SWITCH else DELTA_MIN)
