@@ -96,3 +96,20 @@ def test_a_very_heavy_body_rests_on_light_ones():
     start = world.position.copy()
     world.step(480)
     assert np.abs(world.position - start).max() < 1e-7
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("share", [1.0 + 1e-6, 1.0 / 0.95])
+def test_a_box_sticks_on_an_incline_for_an_hour(share):
+    angle = np.radians(20.0)
+    material = physics.Material(friction=share * np.tan(angle))
+    gravity = (GRAVITY * np.sin(angle), 0.0, -GRAVITY * np.cos(angle))
+    box = {"mass": 2.0, "position": (0.0, 0.0, 0.1), "material": material}
+    ground = (physics.Plane(), {"motion": "static", "material": physics.Material(friction=0.0)})
+    world = world_of(1 / 60, bodies=[ground, (physics.Box((0.2, 0.3, 0.1)), box)], gravity=gravity, sleeping=False)
+    world.step(60)
+    start = world.position[0, 1].copy()
+    for _ in range(60):
+        world.step(3600)
+        assert np.abs(world.linear_velocity[0, 1]).max() < 1e-12
+    assert np.abs(world.position[0, 1] - start).max() < 1e-12 * 3600.0
