@@ -42,7 +42,7 @@ def test_every_shape_comes_to_rest_in_a_hollow_and_stays():
 
 
 def test_sphere_in_the_bowl_keeps_its_energy_as_the_step_goes_to_zero():
-    """HARD_CASES 11 over a quarter of the period: what is left is the order of the stepping, not the ground."""
+    """A pendulum in a bowl over a quarter of the period: what is left is the order of the stepping, not the ground."""
     errors = []
     line = np.linspace(-1.25, 1.25, 65)
     heights = 2.0 - np.sqrt(4.0 - line[:, None] ** 2 - line**2)
