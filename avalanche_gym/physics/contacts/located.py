@@ -11,19 +11,7 @@ All others close at the end of the step (response/impact.py): a pile is not stop
 from __future__ import annotations
 
 from ..jit import kernel
-from .prediction import OVERLAP
-
-# A body that comes or swings closer within a step than this many times its size may pass through another one.
-THICKNESS = 2.0
-
-
-@kernel
-def _swing(body, start, flown, span):
-    """[m] how far the far end of a body moves because it turns; a sphere that spins moves nothing."""
-    square = 0.0
-    for axis in range(3):
-        square += max(abs(start.angular_velocity[axis]), abs(flown.angular_velocity[axis])) ** 2
-    return span * square**0.5 * (body.radius - body.size) if square > 0.0 else 0.0
+from .prediction import OVERLAP, THICKNESS, swing
 
 
 @kernel
@@ -43,8 +31,7 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
             strikes = strikes or -contact.approach * time_step > OVERLAP * contact.size
         located = strikes and (contact.restitution > 0.0 or alone or contact.start_gap - contact.free_gap > thick)
         if not located:
-            swing = _swing(bodies[a], starts[a], flown[a], span) + _swing(bodies[b], starts[b], flown[b], span)
-            located = swing > thick
+            located = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span) > thick
         if located:
             contact.located = 1
             any_located = True
