@@ -11,7 +11,7 @@ from .broad_phase.bounds import swept_box
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK
 from .integrator.flight import fly
-from .jit import kernel, stage
+from .jit import call_stage, kernel, stage
 from .maths import vec3
 from .memory import bodies_of, colliders_of, fields_of, header_at, states_of, table, workspace_at
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
@@ -113,6 +113,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):
             mix_materials(bodies[a], bodies[b], rule, contacts[index])
+    if header.hide_seams != 0 and count <= contacts.shape[0]:
+        return call_stage(header.hide_seams, address, workspace_address, world, count)
     return count
 
 

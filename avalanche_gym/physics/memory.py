@@ -48,6 +48,7 @@ MODEL_TABLES = {
     "mesh_faces": FACE_ROW,
     "mesh_nodes": NODE_ROW,
     "pair_functions": np.dtype(np.int64),  # (NUM_SHAPES * NUM_SHAPES,) addresses of narrow_phase/pairs.py
+    "nearest_functions": np.dtype(np.int64),  # (NUM_SHAPES,) addresses of the nearest points, for seams.py
 }
 WORLD_TABLES = {
     "bodies": BODY,  # (worlds, bodies)
@@ -66,7 +67,16 @@ WORLD_TABLES = {
 }
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
-STAGES = ("fly_bodies", "find_pairs", "find_contacts", "follow_contacts", "solve_contacts", "solve_problem", "commit")
+STAGES = (
+    "fly_bodies",
+    "find_pairs",
+    "find_contacts",
+    "hide_seams",  # 0: no two colliders of this scene are ground together
+    "follow_contacts",
+    "solve_contacts",
+    "solve_problem",
+    "commit",
+)
 
 HEADER = np.dtype(
     [
@@ -108,6 +118,7 @@ WORKSPACE_TABLES = {
     "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
     "clipping": np.dtype(np.float64),  # (256 * 8,) for one pair of shapes
     "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY
+    "probe": np.dtype(np.uint8),  # bytes of a PROBE
     "solver_rows": ROW,
     "solver_nodes": NODE,
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, response
+from . import detection, response, seams
 from .construction import Tables
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
@@ -18,6 +18,7 @@ from .model import (
     DYNAMIC,
     NUM_SHAPES,
     PAIRS_FULL,
+    PLANE,
     REPORT,
     SHAPE_NAMES,
     SOLVER_FULL,
@@ -25,6 +26,7 @@ from .model import (
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
+from .probes.probe import PROBE
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
@@ -111,6 +113,7 @@ class Storage:
             header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
+            self._watch_seams()
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""
@@ -148,6 +151,15 @@ class Storage:
                 addresses[pair] = self.pair_stage(pair).address
         return addresses.reshape(-1)
 
+    def _watch_seams(self) -> None:
+        """Where several colliders are ground together, what one of them hides of another is left out (seams.py)."""
+        colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
+        ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
+        if len(ground) > 1 and (ground != PLANE).any():
+            for shape in set(ground.tolist()):
+                self.arrays["nearest_functions"][shape] = seams.NEAREST_STAGES[shape].address
+            self.header[0]["hide_seams"] = seams.hide_seams.address
+
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:
         """The function of a pair of shapes, the smaller code first."""
@@ -180,6 +192,7 @@ class Storage:
             "order": contacts,
             "clipping": CLIPPING_FLOATS,
             "query": PAIR_QUERY.itemsize,
+            "probe": PROBE.itemsize,
             "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
