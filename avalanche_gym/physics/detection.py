@@ -79,7 +79,8 @@ def find_pairs(address, workspace_address, world):
         turned = _turn(body, states[index], flown[index], header.time_step)
         slack = SLACK * body.size if body.motion == DYNAMIC else 0.0
         swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
-    return all_pairs(bodies, boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+    workspace.num_pairs = all_pairs(bodies, boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+    return workspace.num_pairs
 
 
 @stage
@@ -162,6 +163,8 @@ def follow_contacts(address, workspace_address, world, first, last):
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
+                if header.cross_seams != 0 and count <= asked.shape[0]:
+                    count = call_stage(header.cross_seams, address, workspace_address, world, count)
                 # To pass through the thinnest sheet a body has to move by its whole thickness.
                 apart = moved < 2.0 * contact.size and count <= asked.shape[0]
                 for number in range(min(count, asked.shape[0])):

@@ -72,6 +72,7 @@ STAGES = (
     "find_pairs",
     "find_contacts",
     "hide_seams",  # 0: no two colliders of this scene are ground together
+    "cross_seams",
     "follow_contacts",
     "solve_contacts",
     "solve_problem",
@@ -127,6 +128,7 @@ WORKSPACE_TABLES = {
 
 WORKSPACE = np.dtype(
     [
+        ("num_pairs", np.int64),  # in ``pairs``
         ("tolerance", np.float64),  # asked of the solver
         ("residual", np.float64),  # what it reached
         ("iterations", np.int64),  # what it took

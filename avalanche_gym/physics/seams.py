@@ -22,6 +22,7 @@ from .jit import call_stage, kernel, stage
 from .maths import mat3, vec3
 from .memory import bodies_of, colliders_of, header_at, states_of, table, workspace_at
 from .model import (
+    BODY_STATE,
     CAPSULE,
     CONTACT,
     CYLINDER,
@@ -34,7 +35,7 @@ from .model import (
     SMOOTH_FIELD,
     SPHERE,
 )
-from .narrow_phase.collide import place
+from .narrow_phase.collide import collide_pair, place
 from .narrow_phase.terrain_candidates import PARTS
 from .probes.ask import NEAREST_STAGES
 from .probes.probe import HIT, probe_at
@@ -120,6 +121,17 @@ def _ground_of(bodies, contact, num_colliders):
 
 
 @kernel
+def _foot_of(bodies, contact):
+    """Point of the ground, its outward normal, how far [m] to look from there, and what [m] is flush."""
+    a_is_ground = bodies[contact.body_a].motion != DYNAMIC
+    size = bodies[contact.body_b if a_is_ground else contact.body_a].size
+    d = vec3.load(contact.normal) if a_is_ground else vec3.neg(vec3.load(contact.normal))
+    foot = vec3.add_scaled(vec3.load(contact.position), -0.5 * contact.gap, d)
+    flush = FLUSH * size + ROUND_OFF * (abs(foot[0]) + abs(foot[1]) + abs(foot[2]))
+    return foot, d, PROBED * size, flush
+
+
+@kernel
 def _lies_across(contact, collider):
     """Whether a contact belongs to an edge or vertex of terrain, not to a point of the body."""
     terrain = collider.shape == HEIGHT_FIELD or collider.shape == MESH
@@ -162,12 +174,7 @@ def _is_hidden(header, states, bodies, colliders, contacts, links, first, index,
     """Whether contact ``index``, one of the list that starts at ``first``, is inside of the ground, or flat in it."""
     contact = contacts[index]
     own = _ground_of(bodies, contact, colliders.shape[0])
-    a_is_ground = bodies[contact.body_a].motion != DYNAMIC
-    size = bodies[contact.body_b if a_is_ground else contact.body_a].size
-    d = vec3.load(contact.normal) if a_is_ground else vec3.neg(vec3.load(contact.normal))
-    foot = vec3.add_scaled(vec3.load(contact.position), -0.5 * contact.gap, d)
-    flush = FLUSH * size + ROUND_OFF * (abs(foot[0]) + abs(foot[1]) + abs(foot[2]))
-    s = PROBED * size
+    foot, d, s, flush = _foot_of(bodies, contact)
     touches_another = False
     last = own
     other = first
@@ -228,10 +235,119 @@ def hide_seams(address, workspace_address, world, count):
             header, states, bodies, colliders, contacts, links, firsts[body], index, workspace.probe
         ):
             contacts[index].island = -1
+    spare = table(workspace.asked, workspace.asked_size, CONTACT)
+    for body in range(header.num_bodies):
+        _sort_points(contacts, links, firsts[body], spare)
     kept = 0
     for index in range(count):
         if contacts[index].island == 0:
             if kept < index:
                 contacts[kept] = contacts[index]
+            kept += 1
+    return kept
+
+
+@kernel
+def _sort_points(contacts, links, first, spare):
+    """Sort the contacts of one body, from the last one back, by its points: the order they would have on one ground.
+
+    How contacts that share a load undetermined by the contact law do so depends on their order in the last digits.
+    """
+    sorted_all = False
+    while not sorted_all:
+        sorted_all = True
+        index = first
+        while index >= 0 and links[index] >= 0:
+            before = links[index]
+            if contacts[before].feature >> PLACE_BITS > contacts[index].feature >> PLACE_BITS:
+                spare[0] = contacts[before]
+                contacts[before] = contacts[index]
+                contacts[index] = spare[0]
+                sorted_all = False
+            index = before
+
+
+@stage
+def cross_seams(address, workspace_address, world, count):
+    """Put the ``asked`` contacts of one pair right, with the bodies at ``predicted``; return how many there are then.
+
+    A point that has slid past the end of its ground is found at the edge there, which the next piece covers: the
+    contacts of the body with the other pieces take the place of such a contact.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    colliders = colliders_of(header)
+    num_colliders = colliders.shape[0]
+    asked = table(workspace.asked, workspace.asked_size, CONTACT)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    body = _body_of(bodies, asked[0]) if count > 0 else -1
+    if body < 0:
+        return count
+    own = _ground_of(bodies, asked[0], num_colliders)
+    mine = asked[0].pair // num_colliders + asked[0].pair % num_colliders - own
+    body_first = asked[0].body_a == body
+    kept = _drop_covered(address, workspace_address, world, body, own, 0, count)
+    if kept == count:
+        return count
+    predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    count = kept
+    for pair in range(workspace.num_pairs):
+        one, two = pairs[2 * pair], pairs[2 * pair + 1]
+        other = two if one == body else one
+        if (one != body and two != body) or bodies[other].motion == DYNAMIC:
+            continue
+        predicted[other] = flown[other]
+        first = bodies[other].first_collider
+        for ground in range(first, first + bodies[other].num_colliders):
+            if ground == own:
+                continue
+            start = count
+            if one == body:
+                count = collide_pair(header, workspace.query, predicted, one, mine, two, ground, start)
+            else:
+                count = collide_pair(header, workspace.query, predicted, one, ground, two, mine, start)
+            count = min(count, np.int64(asked.shape[0]))
+            count = _drop_covered(address, workspace_address, world, body, ground, start, count)
+            if (one == body) != body_first:
+                for index in range(start, count):
+                    vec3.store(asked[index].normal, vec3.neg(vec3.load(asked[index].normal)))
+    return count
+
+
+@kernel
+def _drop_covered(address, workspace_address, world, body, own, start, count):
+    """Drop those of asked[start:count], contacts of a body with collider ``own``, that other ground covers."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    colliders = colliders_of(header)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    asked = table(workspace.asked, workspace.asked_size, CONTACT)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    probe = probe_at(workspace.probe)
+    probe.header = address
+    probe.world = world
+    own_state = flown[colliders[own].body]
+    kept = start
+    for index in range(start, count):
+        foot, d, s, flush = _foot_of(bodies, asked[index])
+        covered = False
+        for pair in range(workspace.num_pairs):
+            one, two = pairs[2 * pair], pairs[2 * pair + 1]
+            other = two if one == body else one
+            if covered or (one != body and two != body) or bodies[other].motion == DYNAMIC:
+                continue
+            first = bodies[other].first_collider
+            for ground in range(first, first + bodies[other].num_colliders):
+                if ground != own and not covered:
+                    covered = _is_covered(
+                        header, workspace.probe, colliders[own], own_state, colliders[ground], flown[other], foot, d, s,
+                        flush,
+                    )  # fmt: skip
+        if not covered:
+            if kept < index:
+                asked[kept] = asked[index]
             kept += 1
     return kept

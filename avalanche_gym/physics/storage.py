@@ -159,6 +159,7 @@ class Storage:
             for shape in set(ground.tolist()):
                 self.arrays["nearest_functions"][shape] = seams.NEAREST_STAGES[shape].address
             self.header[0]["hide_seams"] = seams.hide_seams.address
+            self.header[0]["cross_seams"] = seams.cross_seams.address
 
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:
