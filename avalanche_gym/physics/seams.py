@@ -8,8 +8,8 @@ contact, on collider T with outward normal d, and at the other colliders S that 
 * **Covered.** d is a normal of the union at q only if q is nearest to q + s d in S as well (the proximal normal of
   Clarke 1983, *Optimization and nonsmooth analysis*, sec. 2.5: normal cones of a union intersect). Else the contact is
   dropped, unless the feature of T goes on in the open: a wall that stands on a floor starts inside of it.
-* **Flat.** An edge or vertex of terrain under a body is dropped if the union is flat around q. The corners of the body
-  have their contacts with the faces.
+* **Flat.** An edge or vertex of terrain is dropped if the union is flat around q: the points of the body have their
+  contacts with the faces.
 """
 
 from __future__ import annotations
@@ -31,12 +31,11 @@ from .model import (
     MESH,
     NUM_SHAPES,
     PLACE_BITS,
-    SLIDING,
     SMOOTH_FIELD,
     SPHERE,
 )
 from .narrow_phase.collide import collide_pair, place
-from .narrow_phase.terrain_candidates import PARTS
+from .narrow_phase.terrain_candidates import FACE_PLACE, PLACE_NUMBERS
 from .probes.ask import NEAREST_STAGES
 from .probes.probe import HIT, probe_at
 
@@ -133,9 +132,9 @@ def _foot_of(bodies, contact):
 
 @kernel
 def _lies_across(contact, collider):
-    """Whether a contact belongs to an edge or vertex of terrain, not to a point of the body."""
+    """Whether a contact belongs to an edge or vertex of terrain."""
     terrain = collider.shape == HEIGHT_FIELD or collider.shape == MESH
-    return terrain and contact.feature < SLIDING and contact.feature >> PLACE_BITS >= PARTS
+    return terrain and contact.feature // PLACE_NUMBERS & 3 != FACE_PLACE
 
 
 @kernel
@@ -271,8 +270,8 @@ def _sort_points(contacts, links, first, spare):
 def cross_seams(address, workspace_address, world, count):
     """Put the ``asked`` contacts of one pair right, with the bodies at ``predicted``; return how many there are then.
 
-    A point that has slid past the end of its ground is found at the edge there, which the next piece covers: the
-    contacts of the body with the other pieces take the place of such a contact.
+    A point that has slid past the end of its ground is found at the edge there, which the next piece covers, or not
+    at all. The contacts of the body with the other pieces are appended.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -288,8 +287,6 @@ def cross_seams(address, workspace_address, world, count):
     mine = asked[0].pair // num_colliders + asked[0].pair % num_colliders - own
     body_first = asked[0].body_a == body
     kept = _drop_covered(address, workspace_address, world, body, own, 0, count)
-    if kept == count:
-        return count
     predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     count = kept
