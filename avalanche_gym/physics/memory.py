@@ -109,6 +109,8 @@ WORKSPACE_TABLES = {
     "ends": BODY_STATE,  # (bodies,) at the end of the step
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
+    "ground_links": np.dtype(np.int64),  # (pair capacity,) next pair of the same dynamic body with ground, or -1
+    "ground_firsts": np.dtype(np.int64),  # (bodies,) first of them, or -1
     "contacts": CONTACT,  # (contact capacity,)
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body

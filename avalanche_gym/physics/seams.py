@@ -85,11 +85,8 @@ def _is_normal(header, probe_address, collider, state, foot, nearest, d, s):
 
 
 @kernel
-def _is_covered(header, probe_address, own, own_state, other, other_state, foot, d, s, flush):
-    """Whether the collider ``other`` hides the feature of ``own`` with normal d at ``foot``."""
-    holds, distance, _, nearest = _nearest(header, probe_address, other, other_state, foot, flush)
-    if not holds:
-        return False
+def _is_covered(header, probe_address, own, own_state, other, other_state, foot, distance, nearest, d, s):
+    """Whether the collider ``other`` hides the feature of ``own`` with normal d at ``foot``, which it holds."""
     accepted, out = _is_normal(header, probe_address, other, other_state, foot, nearest, d, s)
     if accepted:
         return False
@@ -104,12 +101,12 @@ def _is_covered(header, probe_address, own, own_state, other, other_state, foot,
 
 
 @kernel
-def _body_of(bodies, contact):
-    """The dynamic body of a contact with one that is not, or -1."""
-    a_moves = bodies[contact.body_a].motion == DYNAMIC
-    if a_moves == (bodies[contact.body_b].motion == DYNAMIC):
+def _body_of(bodies, a, b):
+    """The dynamic one of two bodies of which the other is not, or -1."""
+    a_moves = bodies[a].motion == DYNAMIC
+    if a_moves == (bodies[b].motion == DYNAMIC):
         return -1
-    return contact.body_a if a_moves else contact.body_b
+    return a if a_moves else b
 
 
 @kernel
@@ -138,8 +135,32 @@ def _lies_across(contact, collider):
 
 
 @kernel
-def _is_flat(header, states, bodies, colliders, contacts, links, first, foot, d, s, flush, probe_address):
-    """Whether the union of the ground under one body, whose contacts start at ``first``, is flat around ``foot``."""
+def _holds(box, p, reach):
+    """Whether a point is within ``reach`` [m] of a box."""
+    return (
+        box[0] - reach <= p[0] <= box[3] + reach
+        and box[1] - reach <= p[1] <= box[4] + reach
+        and box[2] - reach <= p[2] <= box[5] + reach
+    )
+
+
+@kernel
+def _other(pairs, number, body):
+    """The body that pair ``number`` joins with ``body``."""
+    return pairs[2 * number + 1] if pairs[2 * number] == body else pairs[2 * number]
+
+
+@kernel
+def _is_flat(address, workspace_address, world, states, body, foot, d, s, flush):
+    """Whether the union of the ground around one body is flat around ``foot``."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    colliders = colliders_of(header)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
+    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    boxes = table(workspace.boxes, (workspace.boxes_size // 6, 6), np.float64)
     axis = 0
     for k in range(1, 3):
         if abs(d[k]) < abs(d[axis]):
@@ -147,96 +168,94 @@ def _is_flat(header, states, bodies, colliders, contacts, links, first, foot, d,
     u = vec3.cross(d, (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0))
     u = vec3.scale(s / vec3.norm(u), u)
     v = vec3.cross(d, u)
+    limit = ALIKE * s + flush
     for direction in range(AROUND):
         angle = 2.0 * math.pi * direction / AROUND
-        place_beside = vec3.add_scaled(vec3.add_scaled(foot, math.cos(angle), u), math.sin(angle), v)
-        covered = False
-        last = np.int64(-1)
-        index = first
-        while index >= 0 and not covered:
-            ground = _ground_of(bodies, contacts[index], colliders.shape[0])
-            if ground != last:
-                last = ground
-                collider = colliders[ground]
-                state = states[collider.body]
-                limit = ALIKE * s + flush
-                found, distance, _, _ = _nearest(header, probe_address, collider, state, place_beside, limit)
-                covered = found and distance >= -limit
-            index = links[index]
-        if not covered:
+        beside = vec3.add_scaled(vec3.add_scaled(foot, math.cos(angle), u), math.sin(angle), v)
+        there = False
+        link = firsts[body]
+        while link >= 0 and not there:
+            ground = bodies[_other(pairs, link, body)]
+            if _holds(boxes[_other(pairs, link, body)], beside, limit):
+                for index in range(ground.first_collider, ground.first_collider + ground.num_colliders):
+                    collider = colliders[index]
+                    state = states[collider.body]
+                    found, distance, _, _ = _nearest(header, workspace.probe, collider, state, beside, limit)
+                    there = there or (found and distance >= -limit)
+            link = links[link]
+        if not there:
             return False
     return True
 
 
 @kernel
-def _is_hidden(header, states, bodies, colliders, contacts, links, first, index, probe_address):
-    """Whether contact ``index``, one of the list that starts at ``first``, is inside of the ground, or flat in it."""
-    contact = contacts[index]
+def _is_hidden(address, workspace_address, world, states, body, contact):
+    """Whether a contact of a body with ground, which is where ``states`` say, is inside of the ground, or flat in it."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    colliders = colliders_of(header)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
+    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    boxes = table(workspace.boxes, (workspace.boxes_size // 6, 6), np.float64)
     own = _ground_of(bodies, contact, colliders.shape[0])
+    own_state = states[colliders[own].body]
     foot, d, s, flush = _foot_of(bodies, contact)
-    touches_another = False
-    last = own
-    other = first
-    while other >= 0:
-        ground = _ground_of(bodies, contacts[other], colliders.shape[0])
-        if ground != own and ground != last:
-            last = ground
-            collider = colliders[ground]
-            state = states[collider.body]
-            own_state = states[colliders[own].body]
-            if _is_covered(header, probe_address, colliders[own], own_state, collider, state, foot, d, s, flush):
-                return True
-            found, _, _, _ = _nearest(header, probe_address, collider, state, foot, flush)
-            touches_another = touches_another or found
-        other = links[other]
+    shared = False
+    link = firsts[body]
+    while link >= 0:
+        other = _other(pairs, link, body)
+        if _holds(boxes[other], foot, flush):
+            for index in range(bodies[other].first_collider, bodies[other].first_collider + bodies[other].num_colliders):
+                collider = colliders[index]
+                state = states[other]
+                if index == own:
+                    continue
+                found, distance, _, nearest = _nearest(header, workspace.probe, collider, state, foot, flush)
+                if found:
+                    shared = True
+                    if _is_covered(
+                        header, workspace.probe, colliders[own], own_state, collider, state, foot, distance, nearest, d, s
+                    ):
+                        return True
+        link = links[link]
     return (
-        touches_another
+        shared
         and _lies_across(contact, colliders[own])
-        and _is_flat(header, states, bodies, colliders, contacts, links, first, foot, d, s, flush, probe_address)
+        and _is_flat(address, workspace_address, world, states, body, foot, d, s, flush)
     )
 
 
 @stage
 def hide_seams(address, workspace_address, world, count):
-    """Drop what the ground hides from the ``contacts`` of the workspace; return how many remain.
-
-    Uses ``island`` as the first contact of each body with ground, ``order`` as the links from one to the next.
-    """
+    """Drop what the ground hides from the ``contacts`` of the workspace; return how many remain."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
-    colliders = colliders_of(header)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
-    firsts = table(workspace.island, workspace.island_size, np.int64)
-    links = table(workspace.order, workspace.order_size, np.int64)
-    probe = probe_at(workspace.probe)
-    probe.header = address
-    probe.world = world
-    for index in range(header.num_bodies):
-        firsts[index] = -1
-    several = False
-    for index in range(count):
-        body = _body_of(bodies, contacts[index])
-        links[index] = -1
-        if body >= 0:
-            first = firsts[body]
-            links[index] = first
-            firsts[body] = index
-            if first >= 0 and contacts[first].pair != contacts[index].pair:
-                several = True
-    if not several:
-        return count
-    for index in range(count):
-        contacts[index].island = 0
-        body = _body_of(bodies, contacts[index])
-        if body >= 0 and _is_hidden(
-            header, states, bodies, colliders, contacts, links, firsts[body], index, workspace.probe
-        ):
-            contacts[index].island = -1
     spare = table(workspace.asked, workspace.asked_size, CONTACT)
+    several = table(workspace.island, workspace.island_size, np.int64)
+    heads = table(workspace.island_starts, workspace.island_starts_size, np.int64)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    if not _link_ground(address, workspace_address, world, several):
+        return count
+    for index in range(header.num_bodies):
+        heads[index] = -1
+    for index in range(count):
+        contact = contacts[index]
+        contact.island = 0
+        order[index] = -1
+        body = _body_of(bodies, contact.body_a, contact.body_b)
+        if body >= 0 and several[body] > 1:
+            if _is_hidden(address, workspace_address, world, states, body, contact):
+                contact.island = -1
+            else:
+                order[index] = heads[body]
+                heads[body] = index
     for body in range(header.num_bodies):
-        _sort_points(contacts, links, firsts[body], spare)
+        _sort_points(contacts, order, heads[body], spare)
     kept = 0
     for index in range(count):
         if contacts[index].island == 0:
@@ -244,6 +263,33 @@ def hide_seams(address, workspace_address, world, count):
                 contacts[kept] = contacts[index]
             kept += 1
     return kept
+
+
+@kernel
+def _link_ground(address, workspace_address, world, several):
+    """Link the pairs of each dynamic body with ground; count their colliders in ``several``; return if any has two."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
+    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    probe = probe_at(workspace.probe)
+    probe.header = address
+    probe.world = world
+    for index in range(header.num_bodies):
+        firsts[index] = -1
+        several[index] = 0
+    found = False
+    for number in range(workspace.num_pairs):
+        body = _body_of(bodies, pairs[2 * number], pairs[2 * number + 1])
+        links[number] = -1
+        if body >= 0:
+            links[number] = firsts[body]
+            firsts[body] = number
+            several[body] += bodies[_other(pairs, number, body)].num_colliders
+            found = found or several[body] > 1
+    return found
 
 
 @kernel
@@ -267,8 +313,8 @@ def _sort_points(contacts, links, first, spare):
 
 
 @stage
-def cross_seams(address, workspace_address, world, count):
-    """Put the ``asked`` contacts of one pair right, with the bodies at ``predicted``; return how many there are then.
+def cross_seams(address, workspace_address, world, pair, count):
+    """Put the ``asked`` contacts of one pair of colliders right, with the bodies at ``predicted``; return how many there are then.
 
     A point that has slid past the end of its ground is found at the edge there, which the next piece covers, or not
     at all. The contacts of the body with the other pieces are appended.
@@ -277,73 +323,51 @@ def cross_seams(address, workspace_address, world, count):
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     colliders = colliders_of(header)
-    num_colliders = colliders.shape[0]
     asked = table(workspace.asked, workspace.asked_size, CONTACT)
     pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    body = _body_of(bodies, asked[0]) if count > 0 else -1
-    if body < 0:
-        return count
-    own = _ground_of(bodies, asked[0], num_colliders)
-    mine = asked[0].pair // num_colliders + asked[0].pair % num_colliders - own
-    body_first = asked[0].body_a == body
-    kept = _drop_covered(address, workspace_address, world, body, own, 0, count)
+    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
+    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
     predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
-    count = kept
-    for pair in range(workspace.num_pairs):
-        one, two = pairs[2 * pair], pairs[2 * pair + 1]
-        other = two if one == body else one
-        if (one != body and two != body) or bodies[other].motion == DYNAMIC:
-            continue
+    mine = pair // colliders.shape[0]
+    own = pair - mine * colliders.shape[0]
+    body = _body_of(bodies, colliders[mine].body, colliders[own].body)
+    if body < 0:
+        return count
+    body_first = colliders[mine].body == body
+    if not body_first:
+        mine, own = own, mine
+    count = _drop_hidden(address, workspace_address, world, body, np.int64(0), count)
+    link = firsts[body]
+    while link >= 0:
+        one, two = pairs[2 * link], pairs[2 * link + 1]
+        other = _other(pairs, link, body)
         predicted[other] = flown[other]
-        first = bodies[other].first_collider
-        for ground in range(first, first + bodies[other].num_colliders):
+        for ground in range(bodies[other].first_collider, bodies[other].first_collider + bodies[other].num_colliders):
             if ground == own:
                 continue
             start = count
-            if one == body:
-                count = collide_pair(header, workspace.query, predicted, one, mine, two, ground, start)
-            else:
-                count = collide_pair(header, workspace.query, predicted, one, ground, two, mine, start)
+            i, j = (mine, ground) if one == body else (ground, mine)
+            count = collide_pair(header, workspace.query, predicted, one, i, two, j, start)
             count = min(count, np.int64(asked.shape[0]))
-            count = _drop_covered(address, workspace_address, world, body, ground, start, count)
+            count = _drop_hidden(address, workspace_address, world, body, start, count)
             if (one == body) != body_first:
                 for index in range(start, count):
                     vec3.store(asked[index].normal, vec3.neg(vec3.load(asked[index].normal)))
+        link = links[link]
     return count
 
 
 @kernel
-def _drop_covered(address, workspace_address, world, body, own, start, count):
-    """Drop those of asked[start:count], contacts of a body with collider ``own``, that other ground covers."""
+def _drop_hidden(address, workspace_address, world, body, start, count):
+    """Drop what the ground at the end of the step hides of asked[start:count], contacts of a body with ground."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
-    bodies = bodies_of(header, world)
-    colliders = colliders_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     asked = table(workspace.asked, workspace.asked_size, CONTACT)
-    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    probe = probe_at(workspace.probe)
-    probe.header = address
-    probe.world = world
-    own_state = flown[colliders[own].body]
     kept = start
     for index in range(start, count):
-        foot, d, s, flush = _foot_of(bodies, asked[index])
-        covered = False
-        for pair in range(workspace.num_pairs):
-            one, two = pairs[2 * pair], pairs[2 * pair + 1]
-            other = two if one == body else one
-            if covered or (one != body and two != body) or bodies[other].motion == DYNAMIC:
-                continue
-            first = bodies[other].first_collider
-            for ground in range(first, first + bodies[other].num_colliders):
-                if ground != own and not covered:
-                    covered = _is_covered(
-                        header, workspace.probe, colliders[own], own_state, colliders[ground], flown[other], foot, d, s,
-                        flush,
-                    )  # fmt: skip
-        if not covered:
+        if not _is_hidden(address, workspace_address, world, flown, body, asked[index]):
             if kept < index:
                 asked[kept] = asked[index]
             kept += 1

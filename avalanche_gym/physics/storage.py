@@ -183,6 +183,8 @@ class Storage:
             "ends": num_bodies,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
+            "ground_links": pairs,
+            "ground_firsts": num_bodies,
             "contacts": contacts,
             "asked": MOST_ASKED,
             "sums": 6 * num_bodies,
