@@ -172,28 +172,38 @@ def follow_contacts(address, workspace_address, world, first, last):
         if closing:
             if apart:
                 # What is not found again is farther away than was asked for.
-                contact.end_gap = SLACK * contact.size
-                for number in range(count):
-                    if _same(asked[number].feature, contact.feature):
-                        contact.end_gap = max(asked[number].gap, 0.0)
+                number = _find(asked, count, contact)
+                contact.end_gap = max(asked[number].gap, 0.0) if number >= 0 else SLACK * contact.size
             continue
-        for number in range(min(count, asked.shape[0])):
+        number = _find(asked, min(count, asked.shape[0]), contact)
+        if number >= 0:
             found = asked[number]
-            if _same(found.feature, contact.feature):
-                normal = vec3.load(found.normal)
-                drift = vec3.scale(header.time_step, vec3.load(contact.surface_velocity))
-                rise = vec3.dot(normal, drift)
-                vec3.store(contact.end_normal, normal)
-                vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
-                contact.end_gap = found.gap + rise
-                break
+            normal = vec3.load(found.normal)
+            drift = vec3.scale(header.time_step, vec3.load(contact.surface_velocity))
+            rise = vec3.dot(normal, drift)
+            vec3.store(contact.end_normal, normal)
+            vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
+            contact.end_gap = found.gap + rise
     return 0
 
 
 @kernel
-def _same(one, other):
-    """Whether two features are the same, or the same point of a body on another part of the terrain."""
-    return one == other or (one >= SLIDING and one >> PLACE_BITS == other >> PLACE_BITS)
+def _find(asked, count, contact):
+    """Which of the contacts is this one: the same feature, or the same point of a body on another part of the terrain.
+
+    A point can touch several parts at once, as in a valley; of other parts the one that is most alike counts. -1: none.
+    """
+    best = -1.0
+    chosen = -1
+    for number in range(count):
+        if asked[number].feature == contact.feature:
+            return number
+        if contact.feature >= SLIDING and asked[number].feature >> PLACE_BITS == contact.feature >> PLACE_BITS:
+            alike = vec3.dot(vec3.load(asked[number].normal), vec3.load(contact.start_normal))
+            if alike > best:
+                best = alike
+                chosen = number
+    return chosen
 
 
 @kernel
