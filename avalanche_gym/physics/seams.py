@@ -358,6 +358,18 @@ def cross_seams(address, workspace_address, world, pair, count):
     return count
 
 
+@stage
+def hide_on_the_way(address, workspace_address, world, count):
+    """Drop what the ground hides from the ``asked`` contacts of one pair of colliders; return how many remain."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    asked = table(workspace.asked, workspace.asked_size, CONTACT)
+    body = _body_of(bodies_of(header, world), asked[0].body_a, asked[0].body_b) if count > 0 else -1
+    if body < 0:
+        return count
+    return _drop_hidden(address, workspace_address, world, body, np.int64(0), count)
+
+
 @kernel
 def _drop_hidden(address, workspace_address, world, body, start, count):
     """Drop what the ground at the end of the step hides of asked[start:count], contacts of a body with ground."""

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, response, seams
+from . import detection, groups, response, seams
 from .construction import Tables
+from .events import impact_time
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
 from .model import (
@@ -109,11 +110,16 @@ class Storage:
         if header["collisions"]:
             header["find_pairs"] = detection.find_pairs.address
             header["find_contacts"] = detection.find_contacts.address
-            header["solve_contacts"] = response.solve_contacts.address
+            header["sort_contacts"] = response.sort_contacts.address
+            header["step_islands"] = response.step_islands.address
             header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
             self._watch_seams()
+            if options.events:
+                header["step_groups"] = groups.step_groups.address
+                header["find_impact_time"] = impact_time.find_impact_time.address
+                header["strike"] = response.strike.address
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""
@@ -160,6 +166,7 @@ class Storage:
                 self.arrays["nearest_functions"][shape] = seams.NEAREST_STAGES[shape].address
             self.header[0]["hide_seams"] = seams.hide_seams.address
             self.header[0]["cross_seams"] = seams.cross_seams.address
+            self.header[0]["hide_on_the_way"] = seams.hide_on_the_way.address
 
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:
@@ -181,6 +188,14 @@ class Storage:
             "predicted": num_bodies,
             "working": num_bodies,
             "ends": num_bodies,
+            "begins": num_bodies,
+            "group": num_bodies,
+            "waits": num_bodies,
+            "members": num_bodies,
+            "lasting": num_bodies,
+            "reached": 6 * num_bodies,
+            "recent": contacts,
+            "kept": contacts,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
             "ground_links": pairs,

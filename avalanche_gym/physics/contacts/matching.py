@@ -62,12 +62,14 @@ def _likeness(old, new, stage):
 
 
 @kernel
-def _inherit(old, new, stage):
-    """Hand the impulse over, and mark the old contact as claimed."""
-    orientation = _orientation(old, new)
-    impulse = vec3.scale(orientation, vec3.load(old.impulse))
+def _inherit(old, new, stage, span):
+    """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
+    share = _orientation(old, new)
+    if old.span != span:
+        share *= span / old.span
+    impulse = vec3.scale(share, vec3.load(old.impulse))
     vec3.store(new.impulse, impulse)
-    vec3.store(new.moment, vec3.scale(orientation, vec3.load(old.moment)))
+    vec3.store(new.moment, vec3.scale(share, vec3.load(old.moment)))
     if stage == EXACT:
         vec3.store(new.creep, vec3.load(old.creep))
         new.stuck = old.sticks
@@ -77,8 +79,8 @@ def _inherit(old, new, stage):
 
 
 @kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts):
-    """Give each contact the impulse of the same contact in the last step, or zero.
+def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
+    """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
     Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
     return ``contacts.persistent`` says which bore load.
@@ -92,6 +94,7 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
         vec3.store(contacts[index].moment, vec3.ZERO)
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
+        contacts[index].span = span
     if num_old == 0:
         return
     for stage in range(3):
@@ -113,5 +116,5 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
                     if stage == EXACT:
                         break
             if chosen >= 0:
-                _inherit(old_contacts[chosen], new, stage)
+                _inherit(old_contacts[chosen], new, stage, span)
                 start = chosen
