@@ -11,7 +11,7 @@ from .broad_phase.bounds import swept_box
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK
 from .integrator.flight import fly
-from .jit import kernel, stage
+from .jit import call_stage, kernel, stage
 from .maths import vec3
 from .memory import bodies_of, colliders_of, fields_of, header_at, starts_of, states_of, table, workspace_at
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
@@ -103,6 +103,7 @@ def find_contacts(address, workspace_address, world, num_pairs):
     span = workspace.span
     rise = (workspace.elapsed + span) * fastest_rate(header, world) if header.moving_heights == 1 else 0.0
     count = np.int64(0)
+    workspace.num_pairs = num_pairs
     for pair in range(num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
@@ -117,6 +118,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
                 # The table of heights is that of the start of the step.
                 drift = vec3.scale(workspace.elapsed, vec3.load(contacts[index].surface_velocity))
                 contacts[index].gap += vec3.dot(vec3.load(contacts[index].normal), drift)
+    if header.hide_seams != 0 and count <= contacts.shape[0]:
+        return call_stage(header.hide_seams, address, workspace_address, world, count)
     return count
 
 
@@ -164,6 +167,8 @@ def follow_contacts(address, workspace_address, world, first, last):
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
+                if header.cross_seams != 0 and count <= asked.shape[0]:
+                    count = call_stage(header.cross_seams, address, workspace_address, world, pair, count)
                 # To pass through the thinnest sheet a body has to move by its whole thickness.
                 apart = moved < 2.0 * contact.size and count <= asked.shape[0]
                 for number in range(min(count, asked.shape[0])):
@@ -171,28 +176,38 @@ def follow_contacts(address, workspace_address, world, first, last):
         if closing:
             if apart:
                 # What is not found again is farther away than was asked for.
-                contact.end_gap = SLACK * contact.size
-                for number in range(count):
-                    if _same(asked[number].feature, contact.feature):
-                        contact.end_gap = max(asked[number].gap, 0.0)
+                number = _find(asked, count, contact)
+                contact.end_gap = max(asked[number].gap, 0.0) if number >= 0 else SLACK * contact.size
             continue
-        for number in range(min(count, asked.shape[0])):
+        number = _find(asked, min(count, asked.shape[0]), contact)
+        if number >= 0:
             found = asked[number]
-            if _same(found.feature, contact.feature):
-                normal = vec3.load(found.normal)
-                drift = vec3.scale(workspace.elapsed + workspace.span, vec3.load(contact.surface_velocity))
-                rise = vec3.dot(normal, drift)
-                vec3.store(contact.end_normal, normal)
-                vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
-                contact.end_gap = found.gap + rise
-                break
+            normal = vec3.load(found.normal)
+            drift = vec3.scale(workspace.elapsed + workspace.span, vec3.load(contact.surface_velocity))
+            rise = vec3.dot(normal, drift)
+            vec3.store(contact.end_normal, normal)
+            vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
+            contact.end_gap = found.gap + rise
     return 0
 
 
 @kernel
-def _same(one, other):
-    """Whether two features are the same, or the same point of a body on another part of the terrain."""
-    return one == other or (one >= SLIDING and one >> PLACE_BITS == other >> PLACE_BITS)
+def _find(asked, count, contact):
+    """Which of the contacts is this one: the same feature, or the same point of a body on another part of the terrain.
+
+    A point can touch several parts at once, as in a valley; of other parts the one that is most alike counts. -1: none.
+    """
+    best = -1.0
+    chosen = -1
+    for number in range(count):
+        if asked[number].feature == contact.feature:
+            return number
+        if contact.feature >= SLIDING and asked[number].feature >> PLACE_BITS == contact.feature >> PLACE_BITS:
+            alike = vec3.dot(vec3.load(asked[number].normal), vec3.load(contact.start_normal))
+            if alike > best:
+                best = alike
+                chosen = number
+    return chosen
 
 
 @kernel

@@ -48,6 +48,7 @@ MODEL_TABLES = {
     "mesh_faces": FACE_ROW,
     "mesh_nodes": NODE_ROW,
     "pair_functions": np.dtype(np.int64),  # (NUM_SHAPES * NUM_SHAPES,) addresses of narrow_phase/pairs.py
+    "nearest_functions": np.dtype(np.int64),  # (NUM_SHAPES,) addresses of the nearest points, for seams.py
 }
 WORLD_TABLES = {
     "bodies": BODY,  # (worlds, bodies)
@@ -69,6 +70,7 @@ WORLD_TABLES = {
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
     *("step_groups", "find_impact_time", "strike", "commit"),
+    *("hide_seams", "hide_on_the_way", "cross_seams"),  # 0: no two colliders of this scene are ground together
 )
 
 HEADER = np.dtype(
@@ -109,6 +111,8 @@ WORKSPACE_TABLES = {
     "kept": CONTACT,  # (contact capacity,) of what has been stepped to the end
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
+    "ground_links": np.dtype(np.int64),  # (pair capacity,) next pair of the same dynamic body with ground, or -1
+    "ground_firsts": np.dtype(np.int64),  # (bodies,) first of them, or -1
     "contacts": CONTACT,  # (contact capacity,)
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
@@ -119,6 +123,7 @@ WORKSPACE_TABLES = {
     "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
     "clipping": np.dtype(np.float64),  # (256 * 8,) for one pair of shapes
     "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY
+    "probe": np.dtype(np.uint8),  # bytes of a PROBE
     "solver_rows": ROW,
     "solver_nodes": NODE,
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
@@ -127,6 +132,7 @@ WORKSPACE_TABLES = {
 
 WORKSPACE = np.dtype(
     [
+        ("num_pairs", np.int64),  # in ``pairs``
         ("starts", np.int64),  # address of the states (bodies,) where the present part of the step begins
         ("span", np.float64),  # [s] its length
         ("elapsed", np.float64),  # [s] of the step before it

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, groups, response
+from . import detection, groups, response, seams
 from .construction import Tables
 from .events import impact_time
 from .jit import Stage
@@ -19,6 +19,7 @@ from .model import (
     DYNAMIC,
     NUM_SHAPES,
     PAIRS_FULL,
+    PLANE,
     REPORT,
     SHAPE_NAMES,
     SOLVER_FULL,
@@ -26,6 +27,7 @@ from .model import (
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
+from .probes.probe import PROBE
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
@@ -113,6 +115,7 @@ class Storage:
             header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
+            self._watch_seams()
             if options.events:
                 header["step_groups"] = groups.step_groups.address
                 header["find_impact_time"] = impact_time.find_impact_time.address
@@ -154,6 +157,17 @@ class Storage:
                 addresses[pair] = self.pair_stage(pair).address
         return addresses.reshape(-1)
 
+    def _watch_seams(self) -> None:
+        """Where several colliders are ground together, what one of them hides of another is left out (seams.py)."""
+        colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
+        ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
+        if len(ground) > 1 and (ground != PLANE).any():
+            for shape in set(ground.tolist()):
+                self.arrays["nearest_functions"][shape] = seams.NEAREST_STAGES[shape].address
+            self.header[0]["hide_seams"] = seams.hide_seams.address
+            self.header[0]["cross_seams"] = seams.cross_seams.address
+            self.header[0]["hide_on_the_way"] = seams.hide_on_the_way.address
+
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:
         """The function of a pair of shapes, the smaller code first."""
@@ -184,6 +198,8 @@ class Storage:
             "kept": contacts,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
+            "ground_links": pairs,
+            "ground_firsts": num_bodies,
             "contacts": contacts,
             "asked": MOST_ASKED,
             "sums": 6 * num_bodies,
@@ -194,6 +210,7 @@ class Storage:
             "order": contacts,
             "clipping": CLIPPING_FLOATS,
             "query": PAIR_QUERY.itemsize,
+            "probe": PROBE.itemsize,
             "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),

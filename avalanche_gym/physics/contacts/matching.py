@@ -2,7 +2,8 @@
 
 A contact is recognised by its pair of colliders and its feature. Where a body slides from one triangle of a terrain to
 the next only the part of the feature lasts that names the point of the body; what is left over after that is matched by
-place: the unclaimed contact of the same two bodies close by whose normal is most alike.
+place: the unclaimed contact close by whose normal is most alike, of the same two bodies, or of the same point of one of
+them on another piece of ground.
 """
 
 from __future__ import annotations
@@ -22,11 +23,29 @@ EXACT, SAME_POINT, PLACE = 0, 1, 2
 
 
 @kernel
+def _orientation(old, new):
+    """1 if both contacts lead from one body to the same other one, or to another piece of ground; -1 if the new one
+
+    leads back; 0 if they have nothing in common.
+    """
+    if old.body_a == new.body_a and old.body_b == new.body_b:
+        return 1.0
+    if new.feature < SLIDING or old.feature >> PLACE_BITS != new.feature >> PLACE_BITS:
+        return 0.0
+    if old.body_a == new.body_a or old.body_b == new.body_b:
+        return 1.0
+    return -1.0 if old.body_a == new.body_b or old.body_b == new.body_a else 0.0
+
+
+@kernel
 def _likeness(old, new, stage):
     """Cosine between the normals if the old contact may be the new one, else -1. Only one that bore load may be."""
-    if old.body_a != new.body_a or old.body_b != new.body_b or old.island < 0:
+    if old.island < 0:
         return -1.0
     if stage < PLACE and old.pair != new.pair:
+        return -1.0
+    orientation = _orientation(old, new)
+    if orientation == 0.0:
         return -1.0
     if stage == EXACT and old.feature != new.feature:
         return -1.0
@@ -38,20 +57,19 @@ def _likeness(old, new, stage):
             return -1.0
     if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) <= 0.0:
         return -1.0
-    alike = vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
+    alike = orientation * vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
     return alike if stage == EXACT or alike >= ALIKE else -1.0
 
 
 @kernel
 def _inherit(old, new, stage, span):
     """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
-    impulse = vec3.load(old.impulse)
-    moment = vec3.load(old.moment)
+    share = _orientation(old, new)
     if old.span != span:
-        impulse = vec3.scale(span / old.span, impulse)
-        moment = vec3.scale(span / old.span, moment)
+        share *= span / old.span
+    impulse = vec3.scale(share, vec3.load(old.impulse))
     vec3.store(new.impulse, impulse)
-    vec3.store(new.moment, moment)
+    vec3.store(new.moment, vec3.scale(share, vec3.load(old.moment)))
     if stage == EXACT:
         vec3.store(new.creep, vec3.load(old.creep))
         new.stuck = old.sticks
