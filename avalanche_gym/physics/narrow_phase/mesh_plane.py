@@ -12,7 +12,7 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .mesh import tables_of
 from .terrain_candidates import TERRAIN_VERTEX, VERTEX_PLACE, add_candidate, emit_candidates, feature_of
-from .terrain_shape import in_frame, put_core
+from .terrain_shape import in_frame, put_core, rank_by_motion
 
 DOWN = (0.0, 0.0, -1.0)
 
@@ -37,16 +37,21 @@ def collide_plane_mesh(
     faces,
     nodes,
     margin,
+    motion,
     contacts,
     count,
     scratch,
 ):
-    """Append the contacts of a plane (a) with a mesh (b); return the new count. Arguments as in mesh.py."""
+    """Append the contacts of a plane (a) with a mesh (b); return the new count.
+
+    Arguments as in mesh.py; ``motion`` [m]: bound of how far the two come closer by themselves.
+    """
     origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     half = vec3.scale(0.5, vec3.sub(vec3.load(mesh.upper), vec3.load(mesh.lower)))
     middle = vec3.scale(0.5, vec3.add(vec3.load(mesh.upper), vec3.load(mesh.lower)))
     put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
+    rank_by_motion(motion, scratch)
     down = mat3.apply_transposed(axes, DOWN)
     found = np.int64(0)
     node = 0

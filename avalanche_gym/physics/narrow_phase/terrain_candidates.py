@@ -25,7 +25,7 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
 from .manifold import emit
-from .terrain_shape import margin_of, put, scale_of
+from .terrain_shape import falloff_of, put, scale_of
 
 # Rows of the scratch table (terrain_shape.py) that hold candidates.
 CAPACITY = 64
@@ -52,9 +52,9 @@ def reduce_candidates(scratch, count, most):
     """Keep ``most`` candidates, the deepest first; return how many there are."""
     if count == most:
         return count
-    # An open contact that is farther off than the deepest by the whole margin counts half.
+    # An open contact that is farther off than the deepest by the falloff (the whole margin, or less) counts half.
     scale = scale_of(scratch)
-    falloff = 1.0 / max(margin_of(scratch), MERGE_DISTANCE * scale)
+    falloff = 1.0 / max(falloff_of(scratch), MERGE_DISTANCE * scale)
     scale *= NORMAL_WEIGHT
     for kept in range(most):
         chosen = kept

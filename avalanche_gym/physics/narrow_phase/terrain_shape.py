@@ -12,7 +12,7 @@ call passes two or three arguments instead of twenty:
     64 ...      features of the terrain (terrain_features.py)
     144         center (3) [m], half extents (3) [m], radius [m], margin [m]
     145, 146    axes: the rotation of the core, row by row (9); its size [m]; the square of its reach from the center
-    [m^2]
+                [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py)
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number
     156 ...     what a kind of terrain needs for itself
@@ -98,6 +98,24 @@ def scale_of(scratch):
 
 
 @kernel
+def set_scale(scale, scratch):
+    """Replace the size [m]: a piece of a body has the tolerances of the whole."""
+    scratch[AXES_ROW + 1, 1] = scale
+
+
+@kernel
+def rank_by_motion(motion, scratch):
+    """Let contacts that the ``motion`` [m] within a step cannot close count less than those it can."""
+    scratch[AXES_ROW + 1, 3] = motion
+
+
+@kernel
+def falloff_of(scratch):
+    """[m]"""
+    return scratch[AXES_ROW + 1, 3]
+
+
+@kernel
 def reach_squared_of(scratch):
     """[m^2] square of the radius about the center within which contacts can lie."""
     return scratch[AXES_ROW + 1, 2]
@@ -122,6 +140,7 @@ def put_core(center, axes, half, radius, margin, scratch):
         scratch[AXES_ROW + (k >> 3), k & 7] = axes[k]
     scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
     scratch[AXES_ROW + 1, 2] = (math.sqrt(vec3.norm_squared(half)) + radius + margin) ** 2
+    scratch[AXES_ROW + 1, 3] = margin
     for k in range(3):
         reach = radius + margin
         for j in range(3):
