@@ -9,13 +9,14 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .height_field import corners_against_faces, highest_below
-from .height_field_grid import grid_of, list_features
+from .height_field_grid import cell_index, face_normal, grid_of, list_features, sample
 from .mesh import tables_of
 from .mesh_pieces import (
     edges_of_leaf,
     faces_of_leaf,
     half_diagonal,
     list_vertices,
+    near_margin,
     put_node,
     turn_round,
     vertices_beside_edges,
@@ -24,7 +25,43 @@ from .smooth_contacts import LINE, bounds_around, collide_ball, collide_curve, n
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, patch_of
 from .terrain_candidates import PARTS, emit_candidates
-from .terrain_shape import BOUNDS_ROW, in_frame, margin_of, rank_by_motion
+from .terrain_shape import BOUNDS_ROW, CENTER_ROW, axis_of, get, in_frame, margin_of, rank_by_motion
+
+# Boxes over more cells than this are not compared with every facet: those of their subtrees are.
+MOST_CELLS = 12
+
+
+@kernel
+def _meets_facets(grid, heights, rows, columns, scratch):
+    """Whether the box in the scratch table is not clear of every facet below or above its bounds, along its normal."""
+    lower = get(scratch, BOUNDS_ROW, 0)
+    upper = get(scratch, BOUNDS_ROW, 3)
+    first_row = cell_index(lower[1] - grid[1], grid[5], rows - 1)
+    last_row = cell_index(upper[1] - grid[1], grid[5], rows - 1)
+    first_column = cell_index(lower[0] - grid[0], grid[4], columns - 1)
+    last_column = cell_index(upper[0] - grid[0], grid[4], columns - 1)
+    inside = lower[0] > grid[0] and lower[1] > grid[1] and upper[0] < -grid[0] and upper[1] < -grid[1]
+    if not inside or (last_row - first_row + 1) * (last_column - first_column + 1) > MOST_CELLS:
+        return True
+    center = get(scratch, CENTER_ROW, 0)
+    half = get(scratch, CENTER_ROW, 3)
+    margin = margin_of(scratch)
+    for row in range(first_row, last_row + 1):
+        v_low, v_high = (lower[1] - grid[1]) * grid[5] - row, (upper[1] - grid[1]) * grid[5] - row
+        for column in range(first_column, last_column + 1):
+            corner = row * columns + column
+            u_low, u_high = (lower[0] - grid[0]) * grid[4] - column, (upper[0] - grid[0]) * grid[4] - column
+            for facet in range(2):
+                # ABC lies where v <= u in the cell, ACD where v >= u.
+                if max(v_low, 0.0) > min(u_high, 1.0) if facet == 0 else min(v_high, 1.0) < max(u_low, 0.0):
+                    continue
+                n = face_normal(grid, heights, corner, columns, facet)
+                height = vec3.dot(n, vec3.sub(center, sample(grid, heights, columns, row, column)))
+                for k in range(3):
+                    height -= abs(vec3.dot(n, axis_of(scratch, k))) * half[k]
+                if height <= margin:
+                    return True
+    return False
 
 
 @kernel
@@ -89,22 +126,27 @@ def collide_mesh_height_field(
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
+    reach = near_margin(margin, motion)
     found = np.int64(0)
-    node = 0
-    while node < nodes.shape[0]:
-        here = nodes[node]
-        put_node(here, origin, axes, scale, margin, motion, scratch)
-        highest = -math.inf
-        if scratch[BOUNDS_ROW, 2] <= field.highest:
-            highest = highest_below(grid, heights, rows, columns, scratch)
-        if scratch[BOUNDS_ROW, 2] > highest:
-            node = int(here.skip)
-            continue
-        if here.count > 0:
-            found = _leaf_on_facets(
-                vertices, faces, nodes, here, origin, axes, grid, heights, rows, columns, highest, scratch, found
-            )
-        node += 1
+    while True:
+        node = 0
+        while node < nodes.shape[0]:
+            here = nodes[node]
+            put_node(here, origin, axes, scale, reach, motion, scratch)
+            highest = -math.inf
+            if scratch[BOUNDS_ROW, 2] <= field.highest:
+                highest = highest_below(grid, heights, rows, columns, scratch)
+            if scratch[BOUNDS_ROW, 2] > highest or not _meets_facets(grid, heights, rows, columns, scratch):
+                node = int(here.skip)
+                continue
+            if here.count > 0:
+                found = _leaf_on_facets(
+                    vertices, faces, nodes, here, origin, axes, grid, heights, rows, columns, highest, scratch, found
+                )
+            node += 1
+        if found > 0 or reach == margin:
+            break
+        reach = margin
     first = count
     count = emit_candidates(scratch, found, position_a, rotation_a, contacts, count)
     turn_round(contacts, first, count)
@@ -175,30 +217,35 @@ def collide_mesh_smooth_field(
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     patch = patch_of(field)
     c = coefficients_of(field, pool)
+    reach = near_margin(margin, motion)
     found = 0
-    node = 0
-    while node < nodes.shape[0]:
-        here = nodes[node]
-        put_node(here, origin, axes, scale, margin, motion, scratch)
-        lowest = scratch[BOUNDS_ROW, 2]
-        highest = -math.inf
-        if lowest <= field.highest:
-            middle = (
-                0.5 * (scratch[BOUNDS_ROW, 0] + scratch[BOUNDS_ROW, 3]),
-                0.5 * (scratch[BOUNDS_ROW, 1] + scratch[BOUNDS_ROW, 4]),
-                lowest,
-            )
-            reach = 0.5 * max(
-                scratch[BOUNDS_ROW, 3] - scratch[BOUNDS_ROW, 0], scratch[BOUNDS_ROW, 4] - scratch[BOUNDS_ROW, 1]
-            )
-            highest, _ = bounds_around(patch, c, middle, reach)
-        if lowest > highest:
-            node = int(here.skip)
-            continue
-        if here.count > 0:
-            prepare_scratch(scratch, margin, scale)
-            rank_by_motion(motion, scratch)
-            found = _leaf_on_spline(vertices, faces, here, origin, axes, patch, c, highest, scratch, found)
-        node += 1
+    while True:
+        node = 0
+        while node < nodes.shape[0]:
+            here = nodes[node]
+            put_node(here, origin, axes, scale, reach, motion, scratch)
+            lowest = scratch[BOUNDS_ROW, 2]
+            highest = -math.inf
+            if lowest <= field.highest:
+                middle = (
+                    0.5 * (scratch[BOUNDS_ROW, 0] + scratch[BOUNDS_ROW, 3]),
+                    0.5 * (scratch[BOUNDS_ROW, 1] + scratch[BOUNDS_ROW, 4]),
+                    lowest,
+                )
+                around = 0.5 * max(
+                    scratch[BOUNDS_ROW, 3] - scratch[BOUNDS_ROW, 0], scratch[BOUNDS_ROW, 4] - scratch[BOUNDS_ROW, 1]
+                )
+                highest, _ = bounds_around(patch, c, middle, around)
+            if lowest > highest:
+                node = int(here.skip)
+                continue
+            if here.count > 0:
+                prepare_scratch(scratch, reach, scale)
+                rank_by_motion(motion, scratch)
+                found = _leaf_on_spline(vertices, faces, here, origin, axes, patch, c, highest, scratch, found)
+            node += 1
+        if found > 0 or reach == margin:
+            break
+        reach = margin
     number_alike(scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

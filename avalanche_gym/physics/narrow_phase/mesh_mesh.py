@@ -21,6 +21,7 @@ from .mesh_pieces import (
     half_diagonal,
     is_crossing,
     list_vertices,
+    near_margin,
     put_node,
     turn_round,
     vertices_beside_edges,
@@ -157,19 +158,24 @@ def _collide(
     scale = half_diagonal(mesh_a)
     own = tables_of(mesh_a, vertices, faces, nodes)
     other = tables_of(mesh_b, vertices, faces, nodes)
+    reach = near_margin(margin, motion)
     found = np.int64(0)
-    node = 0
-    while node < own[2].shape[0]:
-        here = own[2][node]
-        put_node(here, origin, axes, scale, margin, motion, scratch)
-        if not _meets_any(other[2], scratch):
-            node = int(here.skip)
-            continue
-        if here.count > 0:
-            found = _leaf_on_mesh(
-                own, here, origin, axes, second, scale, other, mesh_b.two_sided == 1, scratch, found
-            )
-        node += 1
+    while True:
+        node = 0
+        while node < own[2].shape[0]:
+            here = own[2][node]
+            put_node(here, origin, axes, scale, reach, motion, scratch)
+            if not _meets_any(other[2], scratch):
+                node = int(here.skip)
+                continue
+            if here.count > 0:
+                found = _leaf_on_mesh(
+                    own, here, origin, axes, second, scale, other, mesh_b.two_sided == 1, scratch, found
+                )
+            node += 1
+        if found > 0 or reach == margin:
+            break
+        reach = margin
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 

@@ -10,8 +10,8 @@ Contacts are pairs of features whose cones hold the normal, as everywhere on ter
     edge of the mesh     across an edge of the terrain, beside a vertex of the terrain
     face of the mesh     over a vertex of the terrain
 
-The cone of the terrain's feature holds the normal exactly. That of the mesh may miss it by ``TILT``, so that a mesh that
-lies flat keeps all of its support whatever round-off does.
+The cone of the terrain's feature holds the normal exactly. That of the mesh may miss it by ``TILT``, so that a mesh
+that lies flat keeps all of its support whatever round-off does.
 
 Features: a vertex that slides over faces is named by twice its number, plus one if it belongs to the second shape of
 the pair; then the face turns the normal, and belongs to the other shape.
@@ -53,6 +53,11 @@ from .triangle import REGION_SLACK
 
 CORNERS_A_TURN = 8
 
+# What is farther off than this many times the motion within a step, plus this share of the margin, is listed only where
+# nothing is nearer. Larger: more triangles to look at; smaller: a mesh that is struck in the step may dip by that much.
+NEAR_MOTIONS = 2.0
+NEAR_MARGIN = 0.05
+
 # The search for the surface above a vertex that has come through a face looks this many sizes of the mesh far.
 SEARCH_SIZES = 4.0
 
@@ -61,6 +66,12 @@ SEARCH_SIZES = 4.0
 def half_diagonal(mesh):
     """[m] of the box around a mesh: the scale of its tolerances."""
     return 0.5 * vec3.norm(vec3.sub(vec3.load(mesh.upper), vec3.load(mesh.lower)))
+
+
+@kernel
+def near_margin(margin, motion):
+    """[m] within which contacts are looked for first."""
+    return min(margin, NEAR_MOTIONS * motion + NEAR_MARGIN * margin)
 
 
 @kernel
@@ -288,5 +299,3 @@ def is_crossing(feature):
 def is_of_second(feature):
     """Whether the vertex of a contact belongs to the second shape of the pair, so that the first carries the normal."""
     return feature >> PLACE_BITS & 1 == 1
-
-

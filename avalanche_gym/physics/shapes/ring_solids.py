@@ -38,18 +38,14 @@ def torus(radius: float, tube: float, *, segments: int = 64, sides: int = 32) ->
     along = 2.0 * np.pi * np.arange(sides) / sides + np.pi
     reach = radius + tube * np.cos(along)
     height = np.broadcast_to(tube * np.sin(along), (segments, sides))
-    vertices = np.stack(
-        [np.cos(around)[:, None] * reach, np.sin(around)[:, None] * reach, height], axis=2
-    )
+    vertices = np.stack([np.cos(around)[:, None] * reach, np.sin(around)[:, None] * reach, height], axis=2)
     grid = np.arange(segments * sides).reshape(segments, sides)
     closed = np.concatenate([grid, grid[:, :1]], axis=1)
     faces = [quads_between(closed[i], closed[(i + 1) % segments]) for i in range(segments)]
     return TriangleMesh(vertices.reshape(-1, 3), np.concatenate(faces)[:, ::-1])
 
 
-def gear(
-    radius: float, thickness: float, *, teeth: int = 12, depth: float = 0.2, bore: float = 0.3
-) -> TriangleMesh:
+def gear(radius: float, thickness: float, *, teeth: int = 12, depth: float = 0.2, bore: float = 0.3) -> TriangleMesh:
     """A spur gear about the z axis, with straight flanks and a bore.
 
     Args:
