@@ -9,9 +9,11 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .height_field import corners_against_faces, highest_below
-from .height_field_grid import cell_index, face_normal, grid_of, list_features, sample
+from .height_field_grid import cell_index, grid_of, list_features, sample, upward_normal
 from .mesh import tables_of
 from .mesh_pieces import (
+    bounds_of,
+    box_of,
     edges_of_leaf,
     faces_of_leaf,
     half_diagonal,
@@ -25,17 +27,33 @@ from .smooth_contacts import LINE, bounds_around, collide_ball, collide_curve, n
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, patch_of
 from .terrain_candidates import PARTS, emit_candidates
-from .terrain_shape import BOUNDS_ROW, CENTER_ROW, axis_of, get, in_frame, margin_of, rank_by_motion
+from .terrain_shape import BOUNDS_ROW, in_frame, margin_of, rank_by_motion
 
 # Boxes over more cells than this are not compared with every facet: those of their subtrees are.
 MOST_CELLS = 12
 
 
 @kernel
-def _meets_facets(grid, heights, rows, columns, scratch):
-    """Whether the box in the scratch table is not clear of every facet below or above its bounds, along its normal."""
-    lower = get(scratch, BOUNDS_ROW, 0)
-    upper = get(scratch, BOUNDS_ROW, 3)
+def _lowest(vertices, faces, node, middle, half, n):
+    """The lowest a node reaches along n, in the mesh's frame [m, times the length of n]: its box; of a leaf its
+    vertices.
+    """
+    reach = vec3.dot(n, middle) - abs(n[0]) * half[0] - abs(n[1]) * half[1] - abs(n[2]) * half[2]
+    if node.count > 0:
+        reach = math.inf
+        for index in range(node.first, node.first + node.count):
+            for k in range(3):
+                reach = min(reach, vec3.dot(n, vec3.load(vertices[faces[index].vertices[k]].position)))
+    return reach
+
+
+@kernel
+def _meets_facets(vertices, faces, node, origin, axes, highest, grid, heights, rows, columns, margin):
+    """Whether a node is not clear of every facet below or above its bounds, along that facet's normal."""
+    middle, half = box_of(node)
+    lower, upper = bounds_of(middle, half, origin, axes, margin)
+    if lower[2] > highest:
+        return False
     first_row = cell_index(lower[1] - grid[1], grid[5], rows - 1)
     last_row = cell_index(upper[1] - grid[1], grid[5], rows - 1)
     first_column = cell_index(lower[0] - grid[0], grid[4], columns - 1)
@@ -43,9 +61,6 @@ def _meets_facets(grid, heights, rows, columns, scratch):
     inside = lower[0] > grid[0] and lower[1] > grid[1] and upper[0] < -grid[0] and upper[1] < -grid[1]
     if not inside or (last_row - first_row + 1) * (last_column - first_column + 1) > MOST_CELLS:
         return True
-    center = get(scratch, CENTER_ROW, 0)
-    half = get(scratch, CENTER_ROW, 3)
-    margin = margin_of(scratch)
     for row in range(first_row, last_row + 1):
         v_low, v_high = (lower[1] - grid[1]) * grid[5] - row, (upper[1] - grid[1]) * grid[5] - row
         for column in range(first_column, last_column + 1):
@@ -55,11 +70,10 @@ def _meets_facets(grid, heights, rows, columns, scratch):
                 # ABC lies where v <= u in the cell, ACD where v >= u.
                 if max(v_low, 0.0) > min(u_high, 1.0) if facet == 0 else min(v_high, 1.0) < max(u_low, 0.0):
                     continue
-                n = face_normal(grid, heights, corner, columns, facet)
-                height = vec3.dot(n, vec3.sub(center, sample(grid, heights, columns, row, column)))
-                for k in range(3):
-                    height -= abs(vec3.dot(n, axis_of(scratch, k))) * half[k]
-                if height <= margin:
+                n = upward_normal(grid, heights, corner, columns, facet)
+                height = vec3.dot(n, vec3.sub(origin, sample(grid, heights, columns, row, column)))
+                height += _lowest(vertices, faces, node, middle, half, mat3.apply_transposed(axes, n))
+                if height <= 0.0 or height * height <= margin * margin * vec3.norm_squared(n):
                     return True
     return False
 
@@ -132,14 +146,14 @@ def collide_mesh_height_field(
         node = 0
         while node < nodes.shape[0]:
             here = nodes[node]
-            put_node(here, origin, axes, scale, reach, motion, scratch)
-            highest = -math.inf
-            if scratch[BOUNDS_ROW, 2] <= field.highest:
-                highest = highest_below(grid, heights, rows, columns, scratch)
-            if scratch[BOUNDS_ROW, 2] > highest or not _meets_facets(grid, heights, rows, columns, scratch):
+            if not _meets_facets(
+                vertices, faces, here, origin, axes, field.highest, grid, heights, rows, columns, reach
+            ):
                 node = int(here.skip)
                 continue
             if here.count > 0:
+                put_node(here, origin, axes, scale, reach, motion, scratch)
+                highest = highest_below(grid, heights, rows, columns, scratch)
                 found = _leaf_on_facets(
                     vertices, faces, nodes, here, origin, axes, grid, heights, rows, columns, highest, scratch, found
                 )

@@ -75,6 +75,26 @@ def near_margin(margin, motion):
 
 
 @kernel
+def box_of(node):
+    """Middle and half extents [m] of the box of a tree node, in the mesh's frame."""
+    lower = (np.float64(node.lower[0]), np.float64(node.lower[1]), np.float64(node.lower[2]))
+    upper = (np.float64(node.upper[0]), np.float64(node.upper[1]), np.float64(node.upper[2]))
+    return vec3.scale(0.5, vec3.add(lower, upper)), vec3.scale(0.5, vec3.sub(upper, lower))
+
+
+@kernel
+def bounds_of(middle, half, origin, axes, margin):
+    """Bounds [m], lower and upper, of a box of the mesh's frame in the terrain's, with a margin around."""
+    center = vec3.add(origin, mat3.apply(axes, middle))
+    reach = (
+        abs(axes[0]) * half[0] + abs(axes[1]) * half[1] + abs(axes[2]) * half[2] + margin,
+        abs(axes[3]) * half[0] + abs(axes[4]) * half[1] + abs(axes[5]) * half[2] + margin,
+        abs(axes[6]) * half[0] + abs(axes[7]) * half[1] + abs(axes[8]) * half[2] + margin,
+    )
+    return vec3.sub(center, reach), vec3.add(center, reach)
+
+
+@kernel
 def put_node(node, origin, axes, scale, margin, motion, scratch):
     """Describe the box of a tree node in the scratch table.
 
@@ -84,10 +104,7 @@ def put_node(node, origin, axes, scale, margin, motion, scratch):
         scale: [m] size of the mesh.
         margin, motion: [m] of the query.
     """
-    lower = (np.float64(node.lower[0]), np.float64(node.lower[1]), np.float64(node.lower[2]))
-    upper = (np.float64(node.upper[0]), np.float64(node.upper[1]), np.float64(node.upper[2]))
-    middle = vec3.scale(0.5, vec3.add(lower, upper))
-    half = vec3.scale(0.5, vec3.sub(upper, lower))
+    middle, half = box_of(node)
     put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
     set_scale(scale, scratch)
     rank_by_motion(motion, scratch)
