@@ -16,30 +16,24 @@ from ..maths import mat3, vec3
 from .mesh import corners_against_mesh, tables_of
 from .mesh_features import list_faces, list_features
 from .mesh_pieces import (
+    bounds_of,
+    box_of,
     edges_of_leaf,
     faces_of_leaf,
     half_diagonal,
-    is_crossing,
     list_vertices,
     near_margin,
     put_node,
     turn_round,
     vertices_beside_edges,
 )
-from .mesh_surface import base_of
 from .terrain_candidates import emit_candidates
-from .terrain_shape import BOUNDS_ROW, CENTER_ROW, get, in_frame, put
-from .triangle import REGION_SLACK
-
-# Search for the surface near a crossing, in squares of its depth.
-CROSSING_SEARCH = 1.01
+from .terrain_shape import CENTER_ROW, get, in_frame, put
 
 
 @kernel
-def _meets_any(nodes, scratch):
-    """Whether a leaf of the terrain's tree meets the bounds in the scratch table."""
-    lower = get(scratch, BOUNDS_ROW, 0)
-    upper = get(scratch, BOUNDS_ROW, 3)
+def _meets_any(nodes, lower, upper):
+    """Whether a leaf of the terrain's tree meets a box [m]."""
     node = 0
     while node < nodes.shape[0]:
         here = nodes[node]
@@ -66,32 +60,6 @@ def _to_inside(faces, node, axes, scale, scratch):
     for index in range(node.first, node.first + node.count):
         out = vec3.add(out, vec3.load(faces[index].normal))
     put(scratch, CENTER_ROW, 0, vec3.add_scaled(get(scratch, CENTER_ROW, 0), -scale, mat3.apply(axes, out)))
-
-
-@kernel
-def _drop_outside(mesh_b, two_sided, scale, scratch, first, count):
-    """Drop crossings from ``first`` on whose point of the moving mesh lies behind an edge, but not in the solid.
-
-    That edge bounds a thin wall with the other mesh on its far side, or the next turn of a thread.
-    """
-    vertices, faces, nodes = mesh_b
-    index = first
-    while index < count:
-        gap = scratch[index, 6]
-        outside = False
-        if gap < -REGION_SLACK * scale and is_crossing(np.int64(scratch[index, 7])):
-            p = vec3.add_scaled(get(scratch, index, 0), 0.5 * gap, get(scratch, index, 3))
-            middle = get(scratch, CENTER_ROW, 0)
-            # A little more than the depth, to find at least the edge itself.
-            base = base_of(vertices, faces, nodes, two_sided, middle, p, CROSSING_SEARCH * gap * gap)
-            outside = base[0] == p[0] and base[1] == p[1] and base[2] == p[2]
-        if outside:
-            count -= 1
-            for column in range(8):
-                scratch[index, column] = scratch[count, column]
-        else:
-            index += 1
-    return count
 
 
 @kernel
@@ -122,9 +90,9 @@ def _leaf_on_mesh(mesh_a, node, origin, axes, second, scale, mesh_b, two_sided, 
                 end, feature = list_features(other_vertices, other_faces, near, feature, two_sided, scratch)
                 count = vertices_beside_edges(vertices, axes, listed, end, scratch, count)
                 if turn == 0:
-                    first = count
-                    count = edges_of_leaf(vertices, faces, node, origin, axes, second, end, scratch, count)
-                    count = _drop_outside(mesh_b, two_sided, scale, scratch, min(first, count), count)
+                    count = edges_of_leaf(
+                        vertices, faces, node, origin, axes, second, mesh_b, two_sided, end, scratch, count
+                    )
                     count = faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, end, scratch, count)
                 if feature == 0:
                     break
@@ -164,11 +132,12 @@ def _collide(
         node = 0
         while node < own[2].shape[0]:
             here = own[2][node]
-            put_node(here, origin, axes, scale, reach, motion, scratch)
-            if not _meets_any(other[2], scratch):
+            middle, half = box_of(here)
+            if not _meets_any(other[2], *bounds_of(middle, half, origin, axes, reach)):
                 node = int(here.skip)
                 continue
             if here.count > 0:
+                put_node(here, origin, axes, scale, reach, motion, scratch)
                 found = _leaf_on_mesh(
                     own, here, origin, axes, second, scale, other, mesh_b.two_sided == 1, scratch, found
                 )

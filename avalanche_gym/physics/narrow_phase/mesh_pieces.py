@@ -39,6 +39,7 @@ from .terrain_candidates import (
 )
 from .terrain_features import PARALLEL, TILT, in_edge_cone, in_vertex_cone
 from .terrain_shape import (
+    CENTER_ROW,
     CORNER_ROW,
     FIRST_FEATURE_ROW,
     get,
@@ -60,6 +61,8 @@ NEAR_MARGIN = 0.05
 
 # The search for the surface above a vertex that has come through a face looks this many sizes of the mesh far.
 SEARCH_SIZES = 4.0
+# Search for the surface near a crossing, in squares of its depth: a little more, to find at least the edge itself.
+CROSSING_SEARCH = 1.01
 
 
 @kernel
@@ -224,8 +227,23 @@ def _beside_edge(scratch, row, p, b, own_length, m1, m2, out):
 
 
 @kernel
-def edges_of_leaf(vertices, faces, node, origin, axes, second, end, scratch, count):
-    """Contacts of the edges of a leaf with the listed edges and vertices of the terrain."""
+def _is_through(foot, d, gap, other, two_sided, scratch):
+    """Whether the crossing of an edge of the mesh ``-gap`` behind one of the terrain means that it has come through.
+
+    Else the terrain's edge bounds a thin wall with the mesh beyond it, or is the next turn of a thread. ``other`` holds
+    vertices, faces and nodes of a terrain that is a mesh; a height field has no thin walls, and no nodes.
+    """
+    if gap >= -REGION_SLACK * scale_of(scratch) or other[2].shape[0] == 0:
+        return True
+    p = vec3.add_scaled(foot, gap, d)
+    middle = get(scratch, CENTER_ROW, 0)
+    base = base_of(other[0], other[1], other[2], two_sided, middle, p, CROSSING_SEARCH * gap * gap)
+    return base[0] != p[0] or base[1] != p[1] or base[2] != p[2]
+
+
+@kernel
+def edges_of_leaf(vertices, faces, node, origin, axes, second, other, two_sided, end, scratch, count):
+    """Contacts of the edges of a leaf with the listed edges and vertices of the terrain; ``other``: of _is_through."""
     if end == FIRST_FEATURE_ROW:
         return count
     for item in range(3 * node.count):
@@ -250,7 +268,7 @@ def edges_of_leaf(vertices, faces, node, origin, axes, second, end, scratch, cou
             spokes = int(scratch[row, 0])
             if spokes == 0:
                 meets, foot, d, gap = _cross(scratch, row, p, b, own_length, m1, m2, out)
-                if meets:
+                if meets and _is_through(foot, d, gap, other, two_sided, scratch):
                     feature = feature_of(CROSSING, part, EDGE_PLACE, int(scratch[row + 2, 3]))
                     count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
                 row += 3
