@@ -132,7 +132,7 @@ def collide_mesh_height_field(
         margin: [m] contacts farther apart are left out.
         motion: [m] bound of how far the two come closer by themselves.
         contacts, count: as in ``manifold.emit``.
-        scratch: (256, 8), overwritten.
+        scratch: (264, 8), overwritten.
     """
     origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
     scale = half_diagonal(mesh)

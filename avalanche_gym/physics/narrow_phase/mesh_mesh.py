@@ -174,7 +174,7 @@ def collide_meshes(
         margin: [m] contacts farther apart are left out.
         motion: [m] bound of how far the two come closer by themselves.
         contacts, count: as in ``manifold.emit``.
-        scratch: (256, 8), overwritten.
+        scratch: (264, 8), overwritten.
     """
     first = count
     is_terrain = half_diagonal(mesh_a) > half_diagonal(mesh_b)

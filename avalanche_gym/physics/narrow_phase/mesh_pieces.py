@@ -27,7 +27,7 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
 from .mesh import over_face
-from .mesh_surface import base_of
+from .mesh_surface import base_of, corners_of
 from .terrain_candidates import (
     CROSSING,
     EDGE_PLACE,
@@ -50,7 +50,7 @@ from .terrain_shape import (
     scale_of,
     set_scale,
 )
-from .triangle import REGION_SLACK
+from .triangle import REGION_SLACK, in_prism
 
 CORNERS_A_TURN = 8
 
@@ -59,10 +59,13 @@ CORNERS_A_TURN = 8
 NEAR_MOTIONS = 2.0
 NEAR_MARGIN = 0.05
 
-# The search for the surface above a vertex that has come through a face looks this many sizes of the mesh far.
-SEARCH_SIZES = 4.0
-# Search for the surface near a crossing, in squares of its depth: a little more, to find at least the edge itself.
-CROSSING_SEARCH = 1.01
+# How far to look for the surface near what seems to have come through a face or edge, in squares of its depth: a little
+# more than that, to find at least the face or edge itself.
+SEARCH_BEHIND = 1.01
+
+# A point behind a sharp edge is nearer to the faces than to the edge; by more than this factor, and the edge is not the
+# way out. It is the sine of half the angle of the sharpest edge that counts when it has come through.
+SHARPEST = 0.2
 
 
 @kernel
@@ -237,8 +240,8 @@ def _is_through(foot, d, gap, other, two_sided, scratch):
         return True
     p = vec3.add_scaled(foot, gap, d)
     middle = get(scratch, CENTER_ROW, 0)
-    base = base_of(other[0], other[1], other[2], two_sided, middle, p, CROSSING_SEARCH * gap * gap)
-    return base[0] != p[0] or base[1] != p[1] or base[2] != p[2]
+    base = base_of(other[0], other[1], other[2], two_sided, middle, p, SEARCH_BEHIND * gap * gap)
+    return vec3.norm_squared(vec3.sub(base, p)) > SHARPEST * SHARPEST * gap * gap
 
 
 @kernel
@@ -301,12 +304,14 @@ def faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, end, scrat
             gap = vec3.dot(n, vec3.sub(v, vec3.load(vertices[face.vertices[0]].position)))
             if gap > margin:
                 continue
-            base = v
-            if gap < -REGION_SLACK * scale:
-                bound = SEARCH_SIZES * scale
-                base = base_of(vertices, faces, nodes, False, v, v, bound * bound)
-            if not over_face(vertices, face, n, base):
+            a, b, c = corners_of(vertices, face)
+            if not in_prism(v, a, b, c, n):
                 continue
+            if gap < -REGION_SLACK * scale:
+                # Behind the face: this one is the way out only if nothing of the surface is nearer.
+                base = base_of(vertices, faces, nodes, False, v, v, SEARCH_BEHIND * gap * gap)
+                if not over_face(vertices, face, n, base):
+                    continue
             d = mat3.apply(axes, vec3.neg(n))
             if in_vertex_cone(scratch, row, d, TILT):
                 number = (2 * int(scratch[row, 7]) + 1 - second) % PARTS

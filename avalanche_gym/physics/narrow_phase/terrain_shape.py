@@ -4,7 +4,7 @@ Sphere, capsule and box are the points within ``radius`` of a box whose half ext
 two (capsule) or none (box, radius 0). Of a cylinder or hull the table holds a box around it; their corners come in
 turns (terrain_hull.py) or depend on the face they meet (terrain_cylinder.py).
 
-All kernels of a pair of shape and terrain share the caller's (256, 8) scratch table and find what they need there, so a
+All kernels of a pair of shape and terrain share the caller's (264, 8) scratch table and find what they need there, so a
 call passes two or three arguments instead of twenty:
 
     rows        content
@@ -16,6 +16,7 @@ call passes two or three arguments instead of twenty:
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number
     156 ...     what a kind of terrain needs for itself
+    256 ...     scores of the candidates while they are reduced
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ BOUNDS_ROW = 147
 CORNER_ROW = 148
 FIRST_FREE_ROW = 156
 END_FREE_ROW = 256
+SCORE_ROW = 256
 
 
 @kernel
@@ -130,7 +132,7 @@ def put_core(center, axes, half, radius, margin, scratch):
         axes: its rotation, nine floats.
         half, radius: [m].
         margin: [m].
-        scratch: (256, 8).
+        scratch: (264, 8).
     """
     put(scratch, CENTER_ROW, 0, center)
     put(scratch, CENTER_ROW, 3, half)
@@ -172,7 +174,7 @@ def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, mar
         position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
         position_b, rotation_b: place of the terrain.
         margin: [m].
-        scratch: (256, 8).
+        scratch: (264, 8).
     """
     center, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
     half = size_a
