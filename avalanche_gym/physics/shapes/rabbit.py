@@ -24,6 +24,9 @@ MELT = 0.03
 # A rabbit of this many cells from foot to ear has this many triangles; their number grows as the square.
 CELLS, TRIANGLES = 40.0, 6049.0
 
+# Places of the grid, in cells, to try: where two parts of the surface pass one cell the mesh would not be closed.
+SHIFTS = np.linspace(0.37, 1.25, 9)
+
 
 def rabbit(
     height: float, generator: np.random.Generator | None = None, *, triangles: int = 5000, variation: float = 0.1
@@ -35,6 +38,9 @@ def rabbit(
         generator: source of randomness for the proportions; ``None`` for the plain rabbit.
         triangles: about how many.
         variation: standard deviation of the sizes of its parts, relative.
+
+    Raises:
+        ValueError: so few triangles that its ears or feet do not come out.
     """
     height = checks.positive_number("rabbit(height)", height)
     if not 200 <= triangles <= 1_000_000:
@@ -61,9 +67,13 @@ def rabbit(
             total += np.exp(-np.minimum(distance, 1.0) / MELT)
         return -MELT * np.log(total)
 
-    cell = np.sqrt(TRIANGLES / triangles) / CELLS
-    # A grid that is aligned with nothing.
-    lower = np.array([-0.61, -0.517, -0.213]) - 0.37 * cell
-    vertices, faces = surface_nets(field, lower, np.array([0.6, 0.52, 1.25]), float(cell))
-    vertices[:, 2] -= vertices[:, 2].min()
-    return TriangleMesh(height * vertices, faces)
+    cell = float(np.sqrt(TRIANGLES / triangles)) / CELLS
+    for shift in SHIFTS:
+        # A grid that is aligned with nothing.
+        lower = np.array([-0.61, -0.517, -0.213]) - shift * cell
+        vertices, faces = surface_nets(field, lower, np.array([0.6, 0.52, 1.25]), cell)
+        vertices[:, 2] -= vertices[:, 2].min()
+        mesh = TriangleMesh(height * vertices, faces)
+        if mesh.is_closed:
+            return mesh
+    raise ValueError(f"rabbit(triangles)={triangles!r} is too coarse for this variation={variation!r}; give more.")

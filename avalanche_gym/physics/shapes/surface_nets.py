@@ -2,7 +2,8 @@
 
 A grid cell through which the surface passes has one vertex, the mean of the places where its edges cross the surface.
 Every grid edge that crosses the surface joins the vertices of its four cells by a quad, which is cut along its shorter
-diagonal. A last step moves the vertices onto the surface along the gradient.
+diagonal. A last step moves the vertices onto the surface along the gradient, each within its cell, so that no face
+folds.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
 
-# Newton steps that take the vertices onto the surface, each at most half a cell long.
+# Newton steps that take the vertices onto the surface.
 PROJECTIONS = 4
+# Share of a cell that a vertex stays away from the cell's sides: edges are at least twice as long.
+INSET = 0.1
 
 
 def surface_nets(field: Field, lower: Floats, upper: Floats, cell: float) -> tuple[Floats, NDArray[np.int64]]:
@@ -66,7 +69,8 @@ def surface_nets(field: Field, lower: Floats, upper: Floats, cell: float) -> tup
     vertices = total[used] / number[used][:, None]
     index = np.cumsum(used.ravel()) - 1
     corners = index[np.concatenate(quads)]
-    vertices = _onto_surface(field, vertices, cell)
+    low = lower + cell * (np.argwhere(used) + INSET)
+    vertices = _onto_surface(field, vertices, cell, low, low + cell * (1.0 - 2.0 * INSET))
     a, b, c, d = (vertices[corners[:, k]] for k in range(4))
     shorter = np.linalg.norm(a - c, axis=1) <= np.linalg.norm(b - d, axis=1)
     one = np.where(shorter[:, None], corners[:, [0, 1, 2]], corners[:, [0, 1, 3]])
@@ -74,16 +78,14 @@ def surface_nets(field: Field, lower: Floats, upper: Floats, cell: float) -> tup
     return vertices, np.concatenate([one, other]).astype(np.int64)
 
 
-def _onto_surface(field: Field, points: Floats, cell: float) -> Floats:
-    """Points moved to where the field is zero, along its gradient."""
+def _onto_surface(field: Field, points: Floats, cell: float, low: Floats, high: Floats) -> Floats:
+    """Points moved to where the field is zero, along its gradient, as far as ``low`` and ``high`` (n, 3) allow."""
     step = 1e-4 * cell
     for _ in range(PROJECTIONS):
         value = field(points)
         gradient = np.stack(
             [(field(points + step * e) - field(points - step * e)) / (2.0 * step) for e in np.eye(3)], axis=1
         )
-        move = -value / np.einsum("ij,ij->i", gradient, gradient)
-        length = np.abs(move) * np.linalg.norm(gradient, axis=1)
-        move *= np.minimum(1.0, 0.5 * cell / np.where(length > 0.0, length, 1.0))
-        points = points + move[:, None] * gradient
+        move = value / np.einsum("ij,ij->i", gradient, gradient)
+        points = np.clip(points - move[:, None] * gradient, low, high)
     return points
