@@ -285,7 +285,7 @@ def _vertex(scratch, row, radius, half_length, count):
 
 @kernel
 def _in_reach(scratch, row, slope, radius, half_length):
-    """Whether an edge may come within the margin of the cylinder: that of a ball around its middle, along and across."""
+    """Whether an edge may come within the margin of the cylinder, by the ball around its middle."""
     half_edge = 0.5 * scratch[row, 7]
     axis = axis_of(scratch, 2)
     r = vec3.sub(vec3.add_scaled(get(scratch, row, 1), half_edge, get(scratch, row, 4)), get(scratch, CENTER_ROW, 0))
