@@ -108,7 +108,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(span, bodies, states, flown, a, b) + rise
+        query.motion = _approach(span, bodies, states, flown, a, b) + rise
+        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
         count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):
@@ -164,6 +165,7 @@ def follow_contacts(address, workspace_address, world, first, last):
             moved = _motion(states[a], predicted[a], states[b], predicted[b], contact)
             if moved > STILL * contact.size:
                 query.margin = SLACK * contact.size
+                query.motion = moved
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))

@@ -31,7 +31,7 @@ from .probes.probe import PROBE
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
-CLIPPING_FLOATS = 256 * 8  # scratch of one pair of shapes
+CLIPPING_FLOATS = 264 * 8  # scratch of one pair of shapes
 MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
 # Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.

@@ -175,6 +175,7 @@ def _search(address, workspace_address, world, contacts, first, count):
         acceleration = vec3.scale(1.0 / span, gain)
         speed = vec3.norm(relative) + turning + vec3.norm(gain)
         query.margin = speed * left + TOUCHING * size
+        query.motion = query.margin
         number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
         if header.hide_on_the_way != 0:
             number = call_stage(header.hide_on_the_way, address, workspace_address, world, number)

@@ -67,7 +67,7 @@ def cell_index(distance, inverse_spacing, cells):
 
 
 @kernel
-def _upward(grid, heights, corner, columns, upper):
+def upward_normal(grid, heights, corner, columns, upper):
     """Normal of a facet with z component 1."""
     a = heights[corner]
     c = heights[corner + columns + 1]
@@ -81,7 +81,7 @@ def _upward(grid, heights, corner, columns, upper):
 @kernel
 def face_normal(grid, heights, corner, columns, upper):
     """Unit normal of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
-    n = _upward(grid, heights, corner, columns, upper)
+    n = upward_normal(grid, heights, corner, columns, upper)
     return vec3.scale(1.0 / math.sqrt(vec3.norm_squared(n)), n)
 
 
@@ -125,10 +125,10 @@ def list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, e
     m1 = _wall(e)
     m2 = m1
     if row < rows - 1 and left_column >= 0:
-        left = _upward(grid, heights, row * columns + left_column, columns, rise * shift)
+        left = upward_normal(grid, heights, row * columns + left_column, columns, rise * shift)
         m1 = vec3.cross(left, e)
     if right_row >= 0 and column < columns - 1:
-        right = _upward(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
+        right = upward_normal(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
         m2 = vec3.cross(e, right)
     out = vec3.sub(vec3.cross(e, m1), vec3.cross(e, m2))
     number = 3 * (row * columns + column) + rise + rise * shift
