@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import detection, response
+from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
@@ -28,6 +29,7 @@ from .options import Options
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
+GRID_FROM = 64  # bodies; with fewer, testing each with each is cheaper than looking up those that move
 CLIPPING_FLOATS = 256 * 8  # scratch of one pair of shapes
 MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
@@ -57,6 +59,7 @@ class Storage:
     def __init__(self, tables: Tables, num_worlds: int, options: Options) -> None:
         self.num_worlds = num_worlds
         self.options = options
+        self.grid = False  # whether pairs come from the hash grid
         own = tables.arrays
         num_bodies = len(own["bodies"])
         self.arrays: dict[str, NDArray[Any]] = {name: np.ascontiguousarray(own[name]) for name in MODEL_TABLES}
@@ -76,12 +79,32 @@ class Storage:
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
         self.header = np.zeros(1, HEADER)
         self._write_constants()
+        self._make_grid()
         threads = min(options.threads, num_worlds)
         self.workspaces = [np.zeros(1, WORKSPACE) for _ in range(threads)]
         self._scratch: list[dict[str, NDArray[Any]]] = [{} for _ in range(threads)]
         for number in range(threads):
-            self.size_workspace(number, pairs=max(4 * num_bodies, 16), blocks=0, integers=0)
+            self.size_workspace(number, pairs=self._pair_capacity(), blocks=0, integers=0)
         self.link()
+
+    def _pair_capacity(self) -> int:
+        """Pairs of a new world; the table grows when a step finds more."""
+        return max(4 * self.num_bodies, 16)
+
+    def _make_grid(self) -> None:
+        """Empty tables of the hash grid, of size 0 for scenes that search all pairs."""
+        bodies = self.num_bodies if self.grid else 0
+        # Half of the slots stay free, and half of the others are for cells that bodies have left.
+        slots = 1 << (4 * bodies - 1).bit_length() if bodies else 0
+        self.arrays["grids"] = np.zeros(self.num_worlds if self.grid else 0, GRID)
+        self.arrays["proxies"] = np.zeros((self.num_worlds, bodies), PROXY)
+        self.arrays["cells"] = np.zeros((self.num_worlds, slots), CELL)
+        self._make_candidates(self._pair_capacity())
+
+    def _make_candidates(self, capacity: int) -> None:
+        """Room for candidates of the grid, all of them to be found anew."""
+        self.arrays["candidates"] = np.zeros((self.num_worlds, capacity if self.grid else 0), np.int64)
+        self.arrays["grids"]["valid"] = 0
 
     @property
     def num_bodies(self) -> int:
@@ -95,6 +118,7 @@ class Storage:
         """What never changes: sizes of the scene, options, and the addresses of the stages that it needs."""
         header, arrays, options = self.header[0], self.arrays, self.options
         bodies = arrays["bodies"][0]
+        num_bodies = self.num_bodies
         header["num_worlds"], header["num_bodies"] = arrays["bodies"].shape
         header["num_materials"] = int(bodies["material"].max(initial=0)) + 1
         header["collisions"] = bool((bodies["motion"] == DYNAMIC).any() and (bodies["num_colliders"] > 0).sum() > 1)
@@ -105,7 +129,9 @@ class Storage:
         header["fly_bodies"] = detection.fly_bodies.address
         header["commit"] = response.commit.address
         if header["collisions"]:
-            header["find_pairs"] = detection.find_pairs.address
+            self.grid = num_bodies >= GRID_FROM
+            find_pairs = detection.find_pairs_in_grid if self.grid else detection.find_pairs
+            header["find_pairs"] = find_pairs.address
             header["find_contacts"] = detection.find_contacts.address
             header["solve_contacts"] = response.solve_contacts.address
             header["solve_problem"] = response.solve_problem.address
@@ -117,6 +143,7 @@ class Storage:
         header, arrays = self.header[0], self.arrays
         header["height_worlds"], header["num_heights"] = arrays["heights"].shape
         header["contact_capacity"] = arrays["contacts"].shape[1]
+        header["num_slots"], header["candidate_capacity"] = arrays["cells"].shape[1], arrays["candidates"].shape[1]
         for name in (*MODEL_TABLES, *WORLD_TABLES):
             header[name] = arrays[name].ctypes.data
         for name in MODEL_TABLES:
@@ -170,6 +197,7 @@ class Storage:
             "ends": num_bodies,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
+            "found": pairs if self.grid else 0,
             "contacts": contacts,
             "asked": MOST_ASKED,
             "sums": 6 * num_bodies,
@@ -197,6 +225,8 @@ class Storage:
         status, detail = self.arrays["reports"]["status"], self.arrays["reports"]["detail"]
         pairs = int(detail[status == PAIRS_FULL].max(initial=0))
         if pairs:
+            self._make_candidates(2 * pairs)
+            self.link()
             for number in range(len(self.workspaces)):
                 self.size_workspace(number, pairs=2 * pairs, blocks=0, integers=0)
         if (status == SOLVER_FULL).any():
