@@ -119,9 +119,11 @@ class World:
             PhysicsError: a state became non-finite. The other worlds finish; these stand at their last good step.
             RuntimeError: a world has more contacts than ``Options.max_contacts``; it stands at its last completed step.
         """
-        if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
-            raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
-        self._stepper.run(int(num_steps), self.scene.bodies)
+        if type(num_steps) is not int or num_steps < 1:
+            if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
+                raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
+            num_steps = int(num_steps)
+        self._stepper.run(num_steps, self.scene.bodies)
 
     # --- Acting on bodies ---------------------------------------------------------------------------------------------
 

@@ -1,8 +1,8 @@
 """Pairs of bodies that are close, kept from step to step: only what has left its fat bounds is looked up again.
 
-The bounds of a dynamic body in the grid are fat: wider than those of this step. While it stays inside of them, its pairs
-stay candidates, and a step costs a comparison for each body and each candidate. The pairs that come out are those whose
-bounds of this step meet, in the order of their handles, so they do not depend on what was kept.
+The bounds of a dynamic body in the grid are fat: wider than those of this step. While it stays inside of them, its
+pairs stay candidates, and a step costs a comparison for each body and each candidate. The pairs that come out are those
+whose bounds of this step meet, in the order of their handles, so they do not depend on what was kept.
 """
 
 from __future__ import annotations
