@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, response
+from . import detection, groups, response
 from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
+from .events import impact_time
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
 from .model import (
@@ -133,10 +134,15 @@ class Storage:
             find_pairs = detection.find_pairs_in_grid if self.grid else detection.find_pairs
             header["find_pairs"] = find_pairs.address
             header["find_contacts"] = detection.find_contacts.address
-            header["solve_contacts"] = response.solve_contacts.address
+            header["sort_contacts"] = response.sort_contacts.address
+            header["step_islands"] = response.step_islands.address
             header["solve_problem"] = response.solve_problem.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
+            if options.events:
+                header["step_groups"] = groups.step_groups.address
+                header["find_impact_time"] = impact_time.find_impact_time.address
+                header["strike"] = response.strike.address
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""
@@ -195,6 +201,14 @@ class Storage:
             "predicted": num_bodies,
             "working": num_bodies,
             "ends": num_bodies,
+            "begins": num_bodies,
+            "group": num_bodies,
+            "waits": num_bodies,
+            "members": num_bodies,
+            "lasting": num_bodies,
+            "reached": 6 * num_bodies,
+            "recent": contacts,
+            "kept": contacts,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
             "found": pairs if self.grid else 0,

@@ -43,11 +43,15 @@ def _likeness(old, new, stage):
 
 
 @kernel
-def _inherit(old, new, stage):
-    """Hand the impulse over, and mark the old contact as claimed."""
+def _inherit(old, new, stage, span):
+    """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
     impulse = vec3.load(old.impulse)
+    moment = vec3.load(old.moment)
+    if old.span != span:
+        impulse = vec3.scale(span / old.span, impulse)
+        moment = vec3.scale(span / old.span, moment)
     vec3.store(new.impulse, impulse)
-    vec3.store(new.moment, vec3.load(old.moment))
+    vec3.store(new.moment, moment)
     if stage == EXACT:
         vec3.store(new.creep, vec3.load(old.creep))
         new.stuck = old.sticks
@@ -57,8 +61,8 @@ def _inherit(old, new, stage):
 
 
 @kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts):
-    """Give each contact the impulse of the same contact in the last step, or zero.
+def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
+    """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
     Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
     return ``contacts.persistent`` says which bore load.
@@ -72,6 +76,7 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
         vec3.store(contacts[index].moment, vec3.ZERO)
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
+        contacts[index].span = span
     if num_old == 0:
         return
     for stage in range(3):
@@ -93,5 +98,5 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
                     if stage == EXACT:
                         break
             if chosen >= 0:
-                _inherit(old_contacts[chosen], new, stage)
+                _inherit(old_contacts[chosen], new, stage, span)
                 start = chosen

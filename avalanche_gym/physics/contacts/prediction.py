@@ -14,6 +14,8 @@ or stay apart, moves smoothly (response/lasting.py); one in which a contact clos
 
 from __future__ import annotations
 
+import math
+
 from ..jit import kernel
 from ..maths import quat, vec3
 
@@ -31,6 +33,8 @@ TOUCH = 1e-4
 # A touching contact that approaches still lasts while half of what the approach does in a step is less than this
 # fraction of the smaller body: the overlap is pushed out again. Larger approaches are impacts.
 CREEP = 1e-3
+# A body that comes or swings closer within a step than this many times its size may pass through another one.
+THICKNESS = 2.0
 
 
 @kernel
@@ -66,11 +70,26 @@ def velocity_at(place, motion, point):
 
 
 @kernel
+def _far_end(body, start, flown, span):
+    """[m] how far the far end of a body moves because it turns; a sphere that spins moves nothing."""
+    spin = max(
+        vec3.norm_squared(vec3.load(start.angular_velocity)), vec3.norm_squared(vec3.load(flown.angular_velocity))
+    )
+    return span * math.sqrt(spin) * (body.radius - body.size) if spin > 0.0 else 0.0
+
+
+@kernel
+def swing(body_a, start_a, flown_a, body_b, start_b, flown_b, span):
+    """[m] how far the far ends of two bodies move because they turn."""
+    return _far_end(body_a, start_a, flown_a, span) + _far_end(body_b, start_b, flown_b, span)
+
+
+@kernel
 def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
     """Note where each contact is, how fast it approaches and how it ends without impulses; return how many remain.
 
     ``starts`` and ``ends`` are the states (bodies,) at both ends of the flight. Contacts that stay open by more than
-    SLACK of the smaller body are dropped.
+    SLACK of the smaller body are dropped, unless a body turns so far that another part of it may be the one that hits.
     """
     kept = 0
     for index in range(num_contacts):
@@ -83,8 +102,11 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
         contact.size = min(bodies[a].size, bodies[b].size)
         change = gap_change(contact, point, normal, contact.gap, starts[a], ends[a], starts[b], ends[b])
         contact.free_gap = contact.gap + change + time_step * rise
-        if contact.free_gap > SLACK * contact.size and contact.gap > 0.0:
-            continue
+        struck = contact.blow[0] != 0.0 or contact.blow[1] != 0.0 or contact.blow[2] != 0.0
+        if contact.free_gap > SLACK * contact.size and contact.gap > 0.0 and not struck:
+            far = swing(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
+            if far <= THICKNESS * contact.size:
+                continue
         before = vec3.sub(velocity_at(starts[b], starts[b], point), velocity_at(starts[a], starts[a], point))
         after = vec3.sub(velocity_at(starts[b], ends[b], point), velocity_at(starts[a], ends[a], point))
         contact.approach = vec3.dot(normal, before) + rise
@@ -99,13 +121,27 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
 
 
 @kernel
-def sort_out(time_step, contacts, order, first, last):
+def rebounds(contact, approach, span, time_step):
+    """Whether a contact with this normal velocity [m/s], negative if approaching, is one that bounces.
+
+    One whose rebound rises by less than OVERLAP of the smaller body does not; what presses the bodies together is told
+    by the flight: a = (free - approach) / span.
+    """
+    if contact.restitution <= 0.0 or -approach * time_step <= OVERLAP * contact.size:
+        return False
+    pressing = (contact.approach - contact.free) / span if span > 0.0 else 0.0
+    return approach * approach > 2.0 * pressing * OVERLAP * contact.size
+
+
+@kernel
+def sort_out(time_step, contacts, order, first, last, bounce_step):
     """Set ``persistent`` of the contacts of one island, order[first:last]; return whether one strikes at once.
 
     On entry ``persistent`` says which bore load in the last step. Spread evenly over the step, an impulse that stops
     an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows,
     the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
-    tangent within the step: the smooth step is for small turns.
+    tangent within the step: the smooth step is for small turns. Nor one that leaves as fast, or that bounces or has
+    just done so, if ``bounce_step`` [s], the whole step, is not zero.
     """
     struck = False
     for index in range(first, last):
@@ -114,8 +150,11 @@ def sort_out(time_step, contacts, order, first, last):
         kept = max(contact.gap, 0.0) + 0.5 * time_step * contact.approach >= -CREEP * contact.size
         linear = contact.gap + 0.5 * time_step * (contact.approach + contact.free)
         kept = kept and abs(contact.free_gap - linear) <= SLACK * contact.size
-        contact.persistent = 1 if touches and kept else 0
-        struck = struck or (touches and not kept)
+        kept = kept and not rebounds(contact, contact.approach, time_step, bounce_step)
+        leaves = 0.5 * time_step * contact.approach > CREEP * contact.size
+        leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
+        contact.persistent = 1 if touches and kept and not leaves else 0
+        struck = struck or (touches and not kept and not leaves)
     return struck
 
 

@@ -1,5 +1,6 @@
 """What contacts do to the motion of one world: solve the impulses, move the bodies, remember."""
 
-from .stage import commit, solve_contacts, solve_problem
+from .blow import strike
+from .stage import commit, solve_problem, sort_contacts, step_islands
 
-__all__ = ["commit", "solve_contacts", "solve_problem"]
+__all__ = ["commit", "solve_problem", "sort_contacts", "step_islands", "strike"]
