@@ -403,6 +403,10 @@ def _note_lasting(header, workspace, num_contacts, count):
     members = _numbers(header, workspace.members)
     for number in range(count):
         lasting[members[number]] = 0
+    # What the group rests on is no member of it.
+    for index in range(num_contacts):
+        lasting[contacts[index].body_a] = 0
+        lasting[contacts[index].body_b] = 0
     found = False
     for index in range(num_contacts):
         contact = contacts[index]

@@ -37,6 +37,12 @@ MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a
 # Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.
 PROPORTION = np.dtype([("mass", np.float64), ("inertia", np.float64, 3)])  # (worlds, bodies) [kg], [kg m^2]
 
+# Tables (worlds, bodies, ...) that keep room for bodies to come, and what a reset puts back of them.
+BODY_TABLES = (
+    *("bodies", "states", "proportions", "position", "orientation", "linear_velocity", "angular_velocity", "impulses"),
+)
+INITIAL_TABLES = ("states", "position", "orientation", "linear_velocity", "angular_velocity")
+
 # What a snapshot must hold: every bit that decides the future.
 STATE_TABLES = (
     "bodies",
@@ -78,6 +84,10 @@ class Storage:
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
+        self.initial: dict[str, NDArray[Any]] = {}
+        self.room = num_bodies  # for bodies; only that of a single world is ever larger than their number
+        self._whole = {name: self.arrays[name] for name in BODY_TABLES}
+        self._whole_initial: dict[str, NDArray[Any]] = {}
         self.header = np.zeros(1, HEADER)
         self._write_constants()
         self._make_grid()
@@ -88,13 +98,36 @@ class Storage:
             self.size_workspace(number, pairs=self._pair_capacity(), blocks=0, integers=0)
         self.link()
 
+    def keep_initial(self) -> None:
+        """Remember the present state as the one that a reset goes back to."""
+        self.initial = {name: self.arrays[name].copy() for name in (*INITIAL_TABLES, "heights")}
+        self._whole_initial = {name: self.initial[name] for name in INITIAL_TABLES}
+
+    def show_bodies(self, count: int) -> None:
+        """Let the tables of a single world hold ``count`` bodies; call ``link`` after it."""
+        if count > self.room:
+            before = self.num_bodies
+            self.room = 2 * count
+            for whole in (self._whole, self._whole_initial):
+                for name, table in whole.items():
+                    whole[name] = np.zeros((1, self.room, *table.shape[2:]), table.dtype)
+                    whole[name][:, :before] = table[:, :before]
+            self._choose_broad_phase()
+            self._make_grid()
+            self.size_workspace(0, pairs=self._pair_capacity(), blocks=0, integers=0)
+        for name, table in self._whole.items():
+            self.arrays[name] = table[:, :count]
+        for name, table in self._whole_initial.items():
+            self.initial[name] = table[:, :count]
+        self.header["num_bodies"] = count
+
     def _pair_capacity(self) -> int:
         """Pairs of a new world; the table grows when a step finds more."""
-        return max(4 * self.num_bodies, 16)
+        return max(4 * self.room, 16)
 
     def _make_grid(self) -> None:
         """Empty tables of the hash grid, of size 0 for scenes that search all pairs."""
-        bodies = self.num_bodies if self.grid else 0
+        bodies = self.room if self.grid else 0
         # Half of the slots stay free, and half of the others are for cells that bodies have left.
         slots = 1 << (4 * bodies - 1).bit_length() if bodies else 0
         self.arrays["grids"] = np.zeros(self.num_worlds if self.grid else 0, GRID)
@@ -119,7 +152,6 @@ class Storage:
         """What never changes: sizes of the scene, options, and the addresses of the stages that it needs."""
         header, arrays, options = self.header[0], self.arrays, self.options
         bodies = arrays["bodies"][0]
-        num_bodies = self.num_bodies
         header["num_worlds"], header["num_bodies"] = arrays["bodies"].shape
         header["num_materials"] = int(bodies["material"].max(initial=0)) + 1
         header["collisions"] = bool((bodies["motion"] == DYNAMIC).any() and (bodies["num_colliders"] > 0).sum() > 1)
@@ -130,9 +162,7 @@ class Storage:
         header["fly_bodies"] = detection.fly_bodies.address
         header["commit"] = response.commit.address
         if header["collisions"]:
-            self.grid = num_bodies >= GRID_FROM
-            find_pairs = detection.find_pairs_in_grid if self.grid else detection.find_pairs
-            header["find_pairs"] = find_pairs.address
+            self._choose_broad_phase()
             header["find_contacts"] = detection.find_contacts.address
             header["sort_contacts"] = response.sort_contacts.address
             header["step_islands"] = response.step_islands.address
@@ -143,6 +173,11 @@ class Storage:
                 header["step_groups"] = groups.step_groups.address
                 header["find_impact_time"] = impact_time.find_impact_time.address
                 header["strike"] = response.strike.address
+
+    def _choose_broad_phase(self) -> None:
+        self.grid = self.room >= GRID_FROM
+        find_pairs = detection.find_pairs_in_grid if self.grid else detection.find_pairs
+        self.header["find_pairs"] = find_pairs.address
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""
@@ -194,7 +229,7 @@ class Storage:
 
     def size_workspace(self, number: int, *, pairs: int, blocks: int, integers: int) -> None:
         """Allocate the scratch of one thread; contacts follow the capacity of the worlds."""
-        num_bodies = self.num_bodies
+        num_bodies = self.room
         contacts = self.arrays["contacts"].shape[1]
         sizes = {
             "flown": num_bodies,
