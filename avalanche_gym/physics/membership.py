@@ -58,7 +58,9 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
     arrays["impulses"][0, handle] = 0.0
     for place, address in functions.items():
         arrays["pair_functions"][place] = address
-    storage.link()
+    storage.link_tables(("colliders", "pair_rules"))
+    if row["restitution"] > 0.0 or row["rolling_friction"] > 0.0 or row["torsional_friction"] > 0.0:
+        storage.note_features()
     frames.adopt(storage.address, EVERY_WORLD, handle)
     storage.initial["states"][0, handle] = arrays["states"][0, handle]
     return True
@@ -90,7 +92,7 @@ def take_body(storage: Storage, handle: int, body: Body) -> bool:
     arrays["impulses"][0, handle] = 0.0
     for name in ("position", "orientation", "linear_velocity", "angular_velocity"):
         arrays[name][0, handle] = storage.initial[name][0, handle] = math.nan
-    storage.link()
+    storage.link_tables(("colliders",))
     return True
 
 

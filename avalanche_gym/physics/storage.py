@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -104,7 +105,8 @@ class Storage:
         self._whole_initial = {name: self.initial[name] for name in INITIAL_TABLES}
 
     def show_bodies(self, count: int) -> None:
-        """Let the tables of a single world hold ``count`` bodies; call ``link`` after it."""
+        """Let the tables of a single world hold ``count`` bodies."""
+        grown = False
         if count > self.room:
             before = self.num_bodies
             self.room = 2 * count
@@ -115,11 +117,14 @@ class Storage:
             self._choose_broad_phase()
             self._make_grid()
             self.size_workspace(0, pairs=self._pair_capacity(), blocks=0, integers=0)
+            grown = True
         for name, table in self._whole.items():
             self.arrays[name] = table[:, :count]
         for name, table in self._whole_initial.items():
             self.initial[name] = table[:, :count]
         self.header["num_bodies"] = count
+        if grown:
+            self.link()
 
     def _pair_capacity(self) -> int:
         """Pairs of a new world; the table grows when a step finds more."""
@@ -180,16 +185,21 @@ class Storage:
         self.header["find_pairs"] = find_pairs.address
 
     def link(self) -> None:
-        """Write sizes and addresses into the header; call it whenever a table was replaced."""
+        """Write sizes and addresses of all tables into the header; call it whenever some were replaced."""
         header, arrays = self.header[0], self.arrays
         header["height_worlds"], header["num_heights"] = arrays["heights"].shape
         header["contact_capacity"] = arrays["contacts"].shape[1]
         header["num_slots"], header["candidate_capacity"] = arrays["cells"].shape[1], arrays["candidates"].shape[1]
-        for name in (*MODEL_TABLES, *WORLD_TABLES):
-            header[name] = arrays[name].ctypes.data
-        for name in MODEL_TABLES:
-            header[f"{name}_size"] = arrays[name].size
+        self.link_tables((*MODEL_TABLES, *WORLD_TABLES))
         self.note_features()
+
+    def link_tables(self, names: Iterable[str]) -> None:
+        """Write the addresses of these tables, and the sizes of those of the model."""
+        header, arrays = self.header[0], self.arrays
+        for name in names:
+            header[name] = arrays[name].ctypes.data
+            if name in MODEL_TABLES:
+                header[f"{name}_size"] = arrays[name].size
 
     def note_features(self) -> None:
         """Write what the parameters ask for into the header; call it whenever one was changed."""

@@ -112,6 +112,7 @@ class World:
     @property
     def features(self) -> Features:
         """What this scene made the engine model, and what it left out."""
+        self._storage.note_features()
         return describe_features(self.scene, self._storage)
 
     # --- Stepping -----------------------------------------------------------------------------------------------------
