@@ -12,6 +12,7 @@ import numpy as np
 from numba import carray, types
 from numba.extending import intrinsic
 
+from .broad_phase.tables import CELL, GRID, PROXY
 from .jit import kernel
 from .model import (
     BODY,
@@ -64,6 +65,10 @@ WORLD_TABLES = {
     "height_rates": np.dtype(np.float64),  # (1 or worlds, samples) [m/s]
     "remaining": np.dtype(np.int64),  # (worlds,) steps left in this call
     "reports": REPORT,  # (worlds,)
+    "grids": GRID,  # (worlds,) these four are empty unless the scene has many bodies
+    "proxies": PROXY,  # (worlds, bodies)
+    "cells": CELL,  # (worlds, slots)
+    "candidates": np.dtype(np.int64),  # (worlds, pair capacity)
 }
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
@@ -81,6 +86,8 @@ HEADER = np.dtype(
         ("num_heights", np.int64),  # samples of all height fields of one world
         ("height_worlds", np.int64),  # 1: all worlds share their heights
         ("contact_capacity", np.int64),  # a world
+        ("num_slots", np.int64),  # cells of the grid, a world: a power of two
+        ("candidate_capacity", np.int64),  # a world
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
         ("restitution", np.int64),  # 0: nothing in this scene bounces
@@ -113,6 +120,7 @@ WORKSPACE_TABLES = {
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
     "ground_links": np.dtype(np.int64),  # (pair capacity,) next pair of the same dynamic body with ground, or -1
     "ground_firsts": np.dtype(np.int64),  # (bodies,) first of them, or -1
+    "found": np.dtype(np.int64),  # (pair capacity,) new candidates of the grid
     "contacts": CONTACT,  # (contact capacity,)
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
@@ -155,6 +163,8 @@ WORKSPACE = np.dtype(
 _BODY_BYTES = BODY.itemsize
 _STATE_BYTES = BODY_STATE.itemsize
 _CONTACT_BYTES = CONTACT.itemsize
+_PROXY_BYTES = PROXY.itemsize
+_CELL_BYTES = CELL.itemsize
 
 
 @intrinsic
@@ -212,6 +222,24 @@ def contacts_of(header, world):
     """(capacity,) rows of CONTACT of one world: those of its last step."""
     offset = world * header.contact_capacity * _CONTACT_BYTES
     return carray(_pointer(header.contacts + offset), header.contact_capacity, CONTACT)
+
+
+@kernel
+def grid_of(header, world):
+    """The GRID record of one world."""
+    return carray(_pointer(header.grids), header.num_worlds, GRID)[world]
+
+
+@kernel
+def grid_tables_of(header, world):
+    """(bodies,) proxies, (slots,) cells and (pair capacity,) candidates of one world."""
+    return (
+        carray(_pointer(header.proxies + world * header.num_bodies * _PROXY_BYTES), header.num_bodies, PROXY),
+        carray(_pointer(header.cells + world * header.num_slots * _CELL_BYTES), header.num_slots, CELL),
+        carray(
+            _pointer(header.candidates + 8 * world * header.candidate_capacity), header.candidate_capacity, np.int64
+        ),
+    )
 
 
 @kernel
