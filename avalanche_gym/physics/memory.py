@@ -30,6 +30,7 @@ from .model import (
     REPORT,
     VERTEX_ROW,
 )
+from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.workspace import NODE, ROW
 
 # Tables by name. Those of WORLD_TABLES have one block for each world.
@@ -66,7 +67,10 @@ WORLD_TABLES = {
 }
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
-STAGES = ("fly_bodies", "find_pairs", "find_contacts", "follow_contacts", "solve_contacts", "solve_problem", "commit")
+STAGES = (
+    *("fly_bodies", "find_pairs", "find_contacts", "follow_contacts", "solve_contacts", "solve_problem", "step_pile"),
+    "commit",
+)
 
 HEADER = np.dtype(
     [
@@ -83,6 +87,7 @@ HEADER = np.dtype(
         ("time_step", np.float64),  # [s]
         ("tolerance", np.float64),
         ("max_iterations", np.int64),
+        ("substeps", np.int64),
         ("events", np.int64),
         *((name, np.int64) for name in STAGES),
         *((name, np.int64) for name in (*MODEL_TABLES, *WORLD_TABLES)),
@@ -112,6 +117,8 @@ WORKSPACE_TABLES = {
     "solver_nodes": NODE,
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
     "solver_index": np.dtype(np.int64),
+    "pile_rows": PILE_ROW,  # (contact capacity,)
+    "pile_nodes": PILE_NODE,  # (bodies + 1,)
 }
 
 WORKSPACE = np.dtype(

@@ -25,6 +25,7 @@ from .model import (
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
+from .response.pile_stage import LEAST_BODIES
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
@@ -101,6 +102,7 @@ class Storage:
         header["time_step"] = options.time_step
         header["tolerance"] = options.tolerance
         header["max_iterations"] = options.max_iterations
+        header["substeps"] = options.substeps
         header["events"] = options.events
         header["fly_bodies"] = detection.fly_bodies.address
         header["commit"] = response.commit.address
@@ -109,6 +111,8 @@ class Storage:
             header["find_contacts"] = detection.find_contacts.address
             header["solve_contacts"] = response.solve_contacts.address
             header["solve_problem"] = response.solve_problem.address
+            if (bodies["motion"] == DYNAMIC).sum() >= LEAST_BODIES:
+                header["step_pile"] = response.step_pile.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
 
@@ -183,6 +187,8 @@ class Storage:
             "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
+            "pile_rows": contacts if self.header[0]["step_pile"] else 0,
+            "pile_nodes": num_bodies + 1 if self.header[0]["step_pile"] else 0,
             "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),
         }
         scratch, record = self._scratch[number], self.workspaces[number][0]
