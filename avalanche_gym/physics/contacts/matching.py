@@ -57,11 +57,43 @@ def _inherit(old, new, stage):
 
 
 @kernel
+def _match_pair(old_contacts, old_first, old_last, contacts, first, last):
+    """Match the contacts of one pair of bodies."""
+    for stage in range(3):
+        for index in range(first, last):
+            new = contacts[index]
+            if new.island == 1:
+                continue
+            best = -1.0
+            chosen = -1
+            for candidate in range(old_first, old_last):
+                likeness = _likeness(old_contacts[candidate], new, stage)
+                if likeness > best:
+                    best = likeness
+                    chosen = candidate
+                    if stage == EXACT:
+                        break
+            if chosen >= 0:
+                _inherit(old_contacts[chosen], new, stage)
+
+
+@kernel
+def _end_of_pair(contacts, first, num_contacts):
+    """One past the last contact of the pair of bodies that contact ``first`` belongs to."""
+    a = contacts[first].body_a
+    b = contacts[first].body_b
+    last = first + 1
+    while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
+        last += 1
+    return last
+
+
+@kernel
 def match_contacts(old_contacts, num_old, contacts, num_contacts):
     """Give each contact the impulse of the same contact in the last step, or zero.
 
-    Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
-    return ``contacts.persistent`` says which bore load.
+    Both lists are sorted by pair of bodies, so they are walked through side by side. On return ``contacts.persistent``
+    says which bore load.
     """
     for index in range(num_old):
         old_contacts[index].island = 0
@@ -72,26 +104,18 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
         vec3.store(contacts[index].moment, vec3.ZERO)
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
-    if num_old == 0:
-        return
-    for stage in range(3):
-        start = 0
-        for index in range(num_contacts):
-            new = contacts[index]
-            if new.island == 1:
-                continue
-            best = -1.0
-            chosen = -1
-            for step in range(num_old):
-                candidate = start + step
-                if candidate >= num_old:
-                    candidate -= num_old
-                likeness = _likeness(old_contacts[candidate], new, stage)
-                if likeness > best:
-                    best = likeness
-                    chosen = candidate
-                    if stage == EXACT:
-                        break
-            if chosen >= 0:
-                _inherit(old_contacts[chosen], new, stage)
-                start = chosen
+    old = 0
+    first = 0
+    while first < num_contacts:
+        last = _end_of_pair(contacts, first, num_contacts)
+        a = contacts[first].body_a
+        b = contacts[first].body_b
+        while old < num_old and (
+            old_contacts[old].body_a < a or (old_contacts[old].body_a == a and old_contacts[old].body_b < b)
+        ):
+            old += 1
+        if old < num_old and old_contacts[old].body_a == a and old_contacts[old].body_b == b:
+            old_last = _end_of_pair(old_contacts, old, num_old)
+            _match_pair(old_contacts, old, old_last, contacts, first, last)
+            old = old_last
+        first = last

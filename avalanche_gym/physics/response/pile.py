@@ -17,9 +17,11 @@ from ..solver.pile import (
     pile_residual,
     prepare_response,
     remove_overlap,
+    go_on,
     substep,
     to_local,
     to_world,
+    warm_start,
 )
 from ..solver.problem import RESERVED
 from .bodies import set_velocities, turned
@@ -58,7 +60,7 @@ def prepare_bodies(bodies, starts, flown, members, first_body, last_body, subste
     last.inverse_mass = 0.0
     for entry in range(6):
         last.inverse_inertia[entry] = 0.0
-    for vector in (last.velocity, last.spin, last.gain, last.spin_gain, last.moved, last.turned):
+    for vector in (last.velocity, last.spin, last.gain, last.before, last.spin_before, last.moved, last.turned):
         vec3.store(vector, vec3.ZERO)
 
 
@@ -183,7 +185,10 @@ def step_pile_island(
     violation = prepare_contacts(
         bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, nodes, index
     )
-    for _ in range(substeps):
+    warm_start(rows, nodes, num_contacts, num_bodies)
+    for number in range(substeps):
+        if number > 0:
+            go_on(nodes, num_bodies)
         substep(rows, nodes, num_contacts, num_bodies, time_step / substeps)
     size = math.inf
     for number in range(first, last):

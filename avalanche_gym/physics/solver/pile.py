@@ -113,6 +113,17 @@ def contact_velocity(row, nodes):
 
 
 @kernel
+def normal_velocity(row, nodes):
+    """u_n of a contact, without bias."""
+    node_a = nodes[row.a]
+    node_b = nodes[row.b]
+    change = vec3.sub(vec3.load(node_b.velocity), vec3.load(node_a.velocity))
+    change = vec3.add(change, vec3.cross(vec3.load(node_b.spin), vec3.load(row.arm_b)))
+    change = vec3.sub(change, vec3.cross(vec3.load(node_a.spin), vec3.load(row.arm_a)))
+    return vec3.dot(vec3.load(row.normal), change) + row.prescribed[0]
+
+
+@kernel
 def push_bodies(row, nodes, change):
     """Add the velocities that an impulse [N s], frame of the contact, makes."""
     impulse = to_world(row, change)
@@ -152,39 +163,51 @@ def relaxed(row, old, u_n, u_1, u_2):
 
 
 @kernel
-def sweep_contacts(rows, nodes, num_contacts):
-    """Solve each contact in turn."""
-    for i in range(num_contacts):
-        row = rows[i]
-        u_n, u_1, u_2 = contact_velocity(row, nodes)
-        u_n += row.bias
-        old = vec3.load(row.impulse)
-        if old[0] == 0.0 and u_n >= 0.0:
-            continue
-        new = relaxed(row, old, u_n, u_1, u_2)
-        vec3.store(row.impulse, new)
-        push_bodies(row, nodes, vec3.sub(new, old))
-
-
-@kernel
-def substep(rows, nodes, num_contacts, num_bodies, time_step):
-    """Advance velocities, impulses, gaps and displacements by one substep [s]."""
+def warm_start(rows, nodes, num_contacts, num_bodies):
+    """Velocities after the first substep's flight under the impulses of the last step."""
     for i in range(num_bodies):
         node = nodes[i]
+        vec3.store(node.before, vec3.load(node.velocity))
+        vec3.store(node.spin_before, vec3.load(node.spin))
         vec3.store(node.velocity, vec3.add(vec3.load(node.velocity), vec3.load(node.gain)))
         vec3.store(node.spin, vec3.add(vec3.load(node.spin), vec3.load(node.spin_gain)))
     for i in range(num_contacts):
         row = rows[i]
-        if row.lasting == 0:
-            row.bias = max(row.open, 0.0) / time_step
         if row.impulse[0] != 0.0:
             push_bodies(row, nodes, vec3.load(row.impulse))
-    sweep_contacts(rows, nodes, num_contacts)
+
+
+@kernel
+def go_on(nodes, num_bodies):
+    """Velocities after the next substep's flight under the impulses of the last one: they change as they did."""
+    for i in range(num_bodies):
+        node = nodes[i]
+        velocity, spin = vec3.load(node.velocity), vec3.load(node.spin)
+        vec3.store(node.velocity, vec3.sub(vec3.scale(2.0, velocity), vec3.load(node.before)))
+        vec3.store(node.spin, vec3.sub(vec3.scale(2.0, spin), vec3.load(node.spin_before)))
+        vec3.store(node.before, velocity)
+        vec3.store(node.spin_before, spin)
+
+
+@kernel
+def substep(rows, nodes, num_contacts, num_bodies, time_step):
+    """One sweep; then gaps and bodies advance by a substep [s]."""
     for i in range(num_contacts):
         row = rows[i]
-        vec3.store(row.total, vec3.add(vec3.load(row.total), vec3.load(row.impulse)))
+        u_n, u_1, u_2 = contact_velocity(row, nodes)
         if row.lasting == 0:
-            row.open += time_step * contact_velocity(row, nodes)[0]
+            row.bias = max(row.open, 0.0) / time_step
+        u_n += row.bias
+        old = vec3.load(row.impulse)
+        if old[0] != 0.0 or u_n < 0.0:
+            new = relaxed(row, old, u_n, u_1, u_2)
+            vec3.store(row.impulse, new)
+            vec3.store(row.total, vec3.add(vec3.load(row.total), new))
+            push_bodies(row, nodes, vec3.sub(new, old))
+    for i in range(num_contacts):
+        row = rows[i]
+        if row.lasting == 0:
+            row.open += time_step * normal_velocity(row, nodes)
     for i in range(num_bodies):
         node = nodes[i]
         vec3.store(node.moved, vec3.add_scaled(vec3.load(node.moved), time_step, vec3.load(node.velocity)))

@@ -36,6 +36,8 @@ PILE_NODE = np.dtype(  # (dynamic bodies of the island + 1,); the last one stand
         ("inverse_inertia", np.float64, 6),  # [1/(kg m^2)] world frame: xx, xy, xz, yy, yz, zz
         ("velocity", np.float64, 3),  # [m/s]
         ("spin", np.float64, 3),  # [rad/s]
+        ("before", np.float64, 3),  # [m/s] at the end of the substep before
+        ("spin_before", np.float64, 3),  # [rad/s]
         ("gain", np.float64, 3),  # [m/s] that flight adds in a substep
         ("spin_gain", np.float64, 3),  # [rad/s]
         ("moved", np.float64, 3),  # [m] since the start of the step
