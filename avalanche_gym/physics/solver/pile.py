@@ -26,6 +26,8 @@ from .cone import project
 
 # Share of an overlap that a step removes, by so many sweeps. More at a time lifts piles; fewer leave them deeper.
 SHARE, POSITION_SWEEPS = 0.3, 3
+# Sweeps while an overlap is deeper than what counts of it in a step.
+MOST_POSITION_SWEEPS = 12
 
 
 @kernel
@@ -228,16 +230,16 @@ def gap_after(row, nodes, time_step):
 @kernel
 def remove_overlap(rows, nodes, num_contacts, time_step, most):
     """Sweeps that move the bodies until a share of each overlap is gone; at most ``most`` [m] of it counts."""
-    any_overlap = False
+    deepest = 0.0
     for i in range(num_contacts):
         row = rows[i]
         gap = gap_after(row, nodes, time_step)
         row.push = 0.0
         row.floor = gap + SHARE * min(-gap, most) if gap < 0.0 else 0.0
-        any_overlap = any_overlap or gap < 0.0
-    if not any_overlap:
+        deepest = max(deepest, -gap)
+    if deepest == 0.0:
         return
-    for _ in range(POSITION_SWEEPS):
+    for _ in range(POSITION_SWEEPS if deepest < most else MOST_POSITION_SWEEPS):
         for i in range(num_contacts):
             row = rows[i]
             lack = row.floor - gap_after(row, nodes, time_step)
