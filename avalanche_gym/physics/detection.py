@@ -13,7 +13,7 @@ from .contacts.prediction import DRIFT, SLACK
 from .integrator.flight import fly
 from .jit import kernel, stage
 from .maths import vec3
-from .memory import bodies_of, colliders_of, fields_of, header_at, states_of, table, workspace_at
+from .memory import bodies_of, colliders_of, fields_of, header_at, starts_of, states_of, table, workspace_at
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
@@ -88,7 +88,7 @@ def find_contacts(address, workspace_address, world, num_pairs):
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
-    states = states_of(header, world)
+    states = starts_of(header, workspace)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
@@ -100,19 +100,23 @@ def find_contacts(address, workspace_address, world, num_pairs):
     query.scratch = workspace.clipping
     query.scratch_rows = workspace.clipping_size // 8
     rules = table(header.pair_rules, header.pair_rules_size, PAIR_RULE)
-    rise = header.time_step * fastest_rate(header, world) if header.moving_heights == 1 else 0.0
+    span = workspace.span
+    rise = (workspace.elapsed + span) * fastest_rate(header, world) if header.moving_heights == 1 else 0.0
     count = np.int64(0)
     for pair in range(num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        query.margin = (
-            SLACK * min(bodies[a].size, bodies[b].size) + _approach(header, bodies, states, flown, a, b) + rise
-        )
+        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(span, bodies, states, flown, a, b) + rise
         count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):
             mix_materials(bodies[a], bodies[b], rule, contacts[index])
+            vec3.store(contacts[index].blow, vec3.ZERO)
+            if header.moving_heights == 1:
+                # The table of heights is that of the start of the step.
+                drift = vec3.scale(workspace.elapsed, vec3.load(contacts[index].surface_velocity))
+                contacts[index].gap += vec3.dot(vec3.load(contacts[index].normal), drift)
     return count
 
 
@@ -127,7 +131,7 @@ def follow_contacts(address, workspace_address, world, first, last):
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
-    states = states_of(header, world)
+    states = starts_of(header, workspace)
     predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     asked = table(workspace.asked, workspace.asked_size, CONTACT)
@@ -176,7 +180,7 @@ def follow_contacts(address, workspace_address, world, first, last):
             found = asked[number]
             if _same(found.feature, contact.feature):
                 normal = vec3.load(found.normal)
-                drift = vec3.scale(header.time_step, vec3.load(contact.surface_velocity))
+                drift = vec3.scale(workspace.elapsed + workspace.span, vec3.load(contact.surface_velocity))
                 rise = vec3.dot(normal, drift)
                 vec3.store(contact.end_normal, normal)
                 vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
@@ -207,15 +211,15 @@ def _motion(start_a, end_a, start_b, end_b, contact):
 
 
 @kernel
-def _approach(header, bodies, states, flown, a, b):
+def _approach(span, bodies, states, flown, a, b):
     """Bound [m] of how much closer two bodies can come within the step."""
     moved_a = vec3.sub(vec3.load(flown[a].center), vec3.load(states[a].center))
     moved_b = vec3.sub(vec3.load(flown[b].center), vec3.load(states[b].center))
     reach = vec3.norm(vec3.sub(moved_b, moved_a))
     # A surface without end (a plane, a planet) turns under the other body: the arc where that body is counts.
     apart = vec3.norm(vec3.sub(vec3.load(states[b].center), vec3.load(states[a].center)))
-    turn_a = _turn(bodies[a], states[a], flown[a], header.time_step)
-    turn_b = _turn(bodies[b], states[b], flown[b], header.time_step)
+    turn_a = _turn(bodies[a], states[a], flown[a], span)
+    turn_b = _turn(bodies[b], states[b], flown[b], span)
     if turn_a > 0.0:
         reach += turn_a * min(bodies[a].radius, apart + bodies[b].radius)
     if turn_b > 0.0:

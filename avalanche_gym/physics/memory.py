@@ -68,8 +68,8 @@ WORLD_TABLES = {
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
 STAGES = (
-    *("fly_bodies", "find_pairs", "find_contacts", "follow_contacts", "solve_contacts", "solve_problem", "step_pile"),
-    "commit",
+    *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
+    *("step_groups", "find_impact_time", "strike", "step_pile", "commit"),
 )
 
 HEADER = np.dtype(
@@ -101,6 +101,14 @@ WORKSPACE_TABLES = {
     "predicted": BODY_STATE,  # (bodies,) at the end of the step under the impulses of the last one
     "working": BODY_STATE,  # (bodies,) places and velocities the contact problem is written about
     "ends": BODY_STATE,  # (bodies,) at the end of the step
+    "begins": BODY_STATE,  # (bodies,) where the present part of a step begins, in groups whose impacts are located
+    "group": np.dtype(np.int64),  # (bodies,) island of each body in the whole step, -1 for none
+    "waits": np.dtype(np.int64),  # (bodies,) of each of those islands: 1 if its impacts are to be located
+    "members": np.dtype(np.int64),  # (bodies,) of the group that is stepped
+    "lasting": np.dtype(np.int64),  # (bodies,) 1: the body has a contact that lasts
+    "reached": np.dtype(np.float64),  # (bodies * 6,) [m] bounds of all parts of the step
+    "recent": CONTACT,  # (contact capacity,) of the part of the step before
+    "kept": CONTACT,  # (contact capacity,) of what has been stepped to the end
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
     "contacts": CONTACT,  # (contact capacity,)
@@ -123,6 +131,16 @@ WORKSPACE_TABLES = {
 
 WORKSPACE = np.dtype(
     [
+        ("starts", np.int64),  # address of the states (bodies,) where the present part of the step begins
+        ("span", np.float64),  # [s] its length
+        ("elapsed", np.float64),  # [s] of the step before it
+        ("part", np.int64),  # WHOLE, TO_IMPACT or LAST: what step_islands does about impacts that have to be located
+        ("waiting", np.int64),  # islands that wait for their impacts to be located
+        ("num_recent", np.int64),
+        ("num_kept", np.int64),
+        ("num_islands", np.int64),
+        ("impact_time", np.float64),  # [s] of the first impact, from the beginning of the present part
+        ("detail", np.int64),  # entries that a full table needs
         ("tolerance", np.float64),  # asked of the solver
         ("residual", np.float64),  # what it reached
         ("iterations", np.int64),  # what it took
@@ -171,9 +189,20 @@ def bodies_of(header, world):
 
 
 @kernel
+def address_of_states(header, world):
+    return header.states + world * header.num_bodies * _STATE_BYTES
+
+
+@kernel
 def states_of(header, world):
     """(bodies,) rows of BODY_STATE of one world."""
-    return carray(_pointer(header.states + world * header.num_bodies * _STATE_BYTES), header.num_bodies, BODY_STATE)
+    return carray(_pointer(address_of_states(header, world)), header.num_bodies, BODY_STATE)
+
+
+@kernel
+def starts_of(header, workspace):
+    """(bodies,) rows of BODY_STATE where the present part of the step begins."""
+    return carray(_pointer(workspace.starts), header.num_bodies, BODY_STATE)
 
 
 @kernel

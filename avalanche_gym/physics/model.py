@@ -36,6 +36,10 @@ ON_A, ON_B, BETWEEN = 0, 1, 2
 SLIDING = 1 << 60
 PLACE_BITS = 26
 
+# Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, under the contacts that last
+# alone; what is left of it after the last one.
+WHOLE, TO_IMPACT, LAST = 0, 1, 2
+
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
@@ -228,6 +232,8 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("size", np.float64),  # [m] of the smaller body: the scale of its tolerances
         ("impulse", np.float64, 3),  # [N s] on b, world frame
         ("moment", np.float64, 3),  # [N m s] on b, of rolling and torsional friction
+        ("span", np.float64),  # [s] over which ``impulse`` and ``moment`` acted
+        ("blow", np.float64, 3),  # [N s] impulse on b before that, in the same step
         ("radius_a", np.float64),  # [m] of the rounding of a at the contact: that of a sphere or capsule, else 0
         ("radius_b", np.float64),
         ("friction", np.float64),
@@ -249,6 +255,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
         ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by
         ("persistent", np.int64),  # 1: it touches and does not approach
+        ("located", np.int64),  # 1: the instant of its impact changes the outcome
         ("island", np.int64),
     ],
     align=True,

@@ -12,8 +12,18 @@ from .diagnostics import kinetic_energy_of, potential_energy_of
 from .frames import kick
 from .jit import call_stage, entry_point, kernel
 from .maths import vec3
-from .memory import bodies_of, fields_of, header_at, report_of, states_of, vectors_of, workspace_at, world_entry
-from .model import CONTACTS_FULL, NON_FINITE, OK, PAIRS_FULL, SOLVER_FULL
+from .memory import (
+    address_of_states,
+    bodies_of,
+    fields_of,
+    header_at,
+    report_of,
+    states_of,
+    vectors_of,
+    workspace_at,
+    world_entry,
+)
+from .model import CONTACTS_FULL, NON_FINITE, OK, PAIRS_FULL, SOLVER_FULL, WHOLE
 
 
 @kernel
@@ -26,10 +36,16 @@ def step_world(address, workspace_address, world):
     contacts      which last and which strike, island by island; the impulses of the last step to start from
     solver        a smooth step of order 2 where all contacts last, a struck one where something closes;
                   measured overlap is removed without adding velocity
+    groups        islands whose impacts have to be located in time step from one to the next
     commit        the step becomes real
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
+    workspace.starts = address_of_states(header, world)
+    workspace.span = header.time_step
+    workspace.elapsed = 0.0
+    workspace.part = WHOLE
+    workspace.waiting = 0
     call_stage(header.fly_bodies, address, workspace_address, world)
     count = 0
     if header.collisions == 1:
@@ -40,9 +56,14 @@ def step_world(address, workspace_address, world):
         if count > workspace.contacts_size:
             return CONTACTS_FULL, count
     if count > 0:
-        count = call_stage(header.solve_contacts, address, workspace_address, world, count)
-        if count < 0:
+        count = call_stage(header.sort_contacts, address, workspace_address, world, count)
+        if call_stage(header.step_islands, address, workspace_address, world) == 0:
             return SOLVER_FULL, -1
+        if workspace.waiting > 0:
+            status = call_stage(header.step_groups, address, workspace_address, world)
+            if status != OK:
+                return status, workspace.detail
+            count = workspace.num_kept
     body = first_non_finite(header, workspace, world)
     if body >= 0:
         return NON_FINITE, body

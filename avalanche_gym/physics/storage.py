@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, response
+from . import detection, groups, response
 from .construction import Tables
+from .events import impact_time
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
 from .model import (
@@ -25,7 +26,7 @@ from .model import (
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
-from .response.pile_stage import LEAST_BODIES
+from .solver.pile_memory import LEAST_BODIES
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
@@ -109,12 +110,17 @@ class Storage:
         if header["collisions"]:
             header["find_pairs"] = detection.find_pairs.address
             header["find_contacts"] = detection.find_contacts.address
-            header["solve_contacts"] = response.solve_contacts.address
+            header["sort_contacts"] = response.sort_contacts.address
+            header["step_islands"] = response.step_islands.address
             header["solve_problem"] = response.solve_problem.address
             if (bodies["motion"] == DYNAMIC).sum() >= LEAST_BODIES:
                 header["step_pile"] = response.step_pile.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
+            if options.events:
+                header["step_groups"] = groups.step_groups.address
+                header["find_impact_time"] = impact_time.find_impact_time.address
+                header["strike"] = response.strike.address
 
     def link(self) -> None:
         """Write sizes and addresses into the header; call it whenever a table was replaced."""
@@ -172,6 +178,14 @@ class Storage:
             "predicted": num_bodies,
             "working": num_bodies,
             "ends": num_bodies,
+            "begins": num_bodies,
+            "group": num_bodies,
+            "waits": num_bodies,
+            "members": num_bodies,
+            "lasting": num_bodies,
+            "reached": 6 * num_bodies,
+            "recent": contacts,
+            "kept": contacts,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
             "contacts": contacts,

@@ -434,6 +434,7 @@ class World:
         found = np.empty(len(rows), CONTACT_DTYPE)
         for name in CONTACT_DTYPE.names or ():
             found[name] = rows[name]
+        found["impulse"] += rows["blow"]
         return found
 
     def heights(self, body: int, world: int = 0) -> NDArray[np.float64]:

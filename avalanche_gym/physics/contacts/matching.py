@@ -7,6 +7,8 @@ place: the unclaimed contact of the same two bodies close by whose normal is mos
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import vec3
 from ..model import PLACE_BITS, SLIDING
@@ -43,11 +45,15 @@ def _likeness(old, new, stage):
 
 
 @kernel
-def _inherit(old, new, stage):
-    """Hand the impulse over, and mark the old contact as claimed."""
+def _inherit(old, new, stage, span):
+    """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
     impulse = vec3.load(old.impulse)
+    moment = vec3.load(old.moment)
+    if old.span != span:
+        impulse = vec3.scale(span / old.span, impulse)
+        moment = vec3.scale(span / old.span, moment)
     vec3.store(new.impulse, impulse)
-    vec3.store(new.moment, vec3.load(old.moment))
+    vec3.store(new.moment, moment)
     if stage == EXACT:
         vec3.store(new.creep, vec3.load(old.creep))
         new.stuck = old.sticks
@@ -57,46 +63,35 @@ def _inherit(old, new, stage):
 
 
 @kernel
-def _match_pair(old_contacts, old_first, old_last, contacts, first, last):
-    """Match the contacts of one pair of bodies."""
+def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
+    """Match the contacts of one pair of bodies; ``oldest`` leads the chain that holds the old ones."""
     for stage in range(3):
         for index in range(first, last):
             new = contacts[index]
             if new.island == 1:
                 continue
             best = -1.0
-            chosen = -1
-            for candidate in range(old_first, old_last):
+            chosen = np.int64(-1)
+            candidate = oldest
+            while candidate >= 0:
                 likeness = _likeness(old_contacts[candidate], new, stage)
                 if likeness > best:
                     best = likeness
                     chosen = candidate
                     if stage == EXACT:
                         break
+                candidate = following[candidate]
             if chosen >= 0:
-                _inherit(old_contacts[chosen], new, stage)
+                _inherit(old_contacts[chosen], new, stage, span)
 
 
 @kernel
-def _end_of_pair(contacts, first, num_contacts):
-    """One past the last contact of the pair of bodies that contact ``first`` belongs to."""
-    a = contacts[first].body_a
-    b = contacts[first].body_b
-    last = first + 1
-    while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
-        last += 1
-    return last
+def match_contacts(old_contacts, num_old, contacts, num_contacts, span, chains, following):
+    """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
-
-@kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts):
-    """Give each contact the impulse of the same contact in the last step, or zero.
-
-    Both lists are sorted by pair of bodies, so they are walked through side by side. On return ``contacts.persistent``
-    says which bore load.
+    New contacts of a pair of bodies lie together. The old ones are found through chains: ``chains`` (any number) and
+    ``following`` (old contacts,) are scratch. On return ``contacts.persistent`` says which bore load.
     """
-    for index in range(num_old):
-        old_contacts[index].island = 0
     for index in range(num_contacts):
         contacts[index].island = 0
         contacts[index].persistent = 0
@@ -104,18 +99,26 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts):
         vec3.store(contacts[index].moment, vec3.ZERO)
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
-    old = 0
-    first = 0
+        contacts[index].span = span
+    if num_old == 0:
+        return
+    num_chains = chains.shape[0]
+    for chain in range(num_chains):
+        chains[chain] = -1
+    # From the last to the first: each chain then leads from old to new as the list does.
+    for index in range(num_old - 1, -1, -1):
+        old_contacts[index].island = 0
+        chain = (old_contacts[index].body_a + old_contacts[index].body_b) % num_chains
+        following[index] = chains[chain]
+        chains[chain] = index
+    first = np.int64(0)
     while first < num_contacts:
-        last = _end_of_pair(contacts, first, num_contacts)
         a = contacts[first].body_a
         b = contacts[first].body_b
-        while old < num_old and (
-            old_contacts[old].body_a < a or (old_contacts[old].body_a == a and old_contacts[old].body_b < b)
-        ):
-            old += 1
-        if old < num_old and old_contacts[old].body_a == a and old_contacts[old].body_b == b:
-            old_last = _end_of_pair(old_contacts, old, num_old)
-            _match_pair(old_contacts, old, old_last, contacts, first, last)
-            old = old_last
+        last = first + 1
+        while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
+            last += 1
+        oldest = chains[(a + b) % num_chains]
+        if oldest >= 0:
+            _match_pair(old_contacts, oldest, following, contacts, first, last, span)
         first = last

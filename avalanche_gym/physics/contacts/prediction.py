@@ -83,7 +83,8 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
         contact.size = min(bodies[a].size, bodies[b].size)
         change = gap_change(contact, point, normal, contact.gap, starts[a], ends[a], starts[b], ends[b])
         contact.free_gap = contact.gap + change + time_step * rise
-        if contact.free_gap > SLACK * contact.size and contact.gap > 0.0:
+        struck = contact.blow[0] != 0.0 or contact.blow[1] != 0.0 or contact.blow[2] != 0.0
+        if contact.free_gap > SLACK * contact.size and contact.gap > 0.0 and not struck:
             continue
         before = vec3.sub(velocity_at(starts[b], starts[b], point), velocity_at(starts[a], starts[a], point))
         after = vec3.sub(velocity_at(starts[b], ends[b], point), velocity_at(starts[a], ends[a], point))
@@ -99,13 +100,27 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
 
 
 @kernel
-def sort_out(time_step, contacts, order, first, last):
+def rebounds(contact, approach, span, time_step):
+    """Whether a contact with this normal velocity [m/s], negative if approaching, is one that bounces.
+
+    One whose rebound rises by less than OVERLAP of the smaller body does not; what presses the bodies together is told
+    by the flight: a = (free - approach) / span.
+    """
+    if contact.restitution <= 0.0 or -approach * time_step <= OVERLAP * contact.size:
+        return False
+    pressing = (contact.approach - contact.free) / span if span > 0.0 else 0.0
+    return approach * approach > 2.0 * pressing * OVERLAP * contact.size
+
+
+@kernel
+def sort_out(time_step, contacts, order, first, last, bounce_step):
     """Set ``persistent`` of the contacts of one island, order[first:last]; return whether one strikes at once.
 
     On entry ``persistent`` says which bore load in the last step. Spread evenly over the step, an impulse that stops
     an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows,
     the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
-    tangent within the step: the smooth step is for small turns.
+    tangent within the step: the smooth step is for small turns. Nor one that leaves as fast, or that bounces or has
+    just done so, if ``bounce_step`` [s], the whole step, is not zero.
     """
     struck = False
     for index in range(first, last):
@@ -114,8 +129,11 @@ def sort_out(time_step, contacts, order, first, last):
         kept = max(contact.gap, 0.0) + 0.5 * time_step * contact.approach >= -CREEP * contact.size
         linear = contact.gap + 0.5 * time_step * (contact.approach + contact.free)
         kept = kept and abs(contact.free_gap - linear) <= SLACK * contact.size
-        contact.persistent = 1 if touches and kept else 0
-        struck = struck or (touches and not kept)
+        kept = kept and not rebounds(contact, contact.approach, time_step, bounce_step)
+        leaves = 0.5 * time_step * contact.approach > CREEP * contact.size
+        leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
+        contact.persistent = 1 if touches and kept and not leaves else 0
+        struck = struck or (touches and not kept and not leaves)
     return struck
 
 

@@ -65,7 +65,7 @@ def predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body
 
 
 @kernel
-def set_turning(bodies, predicted, working, ends, time_step, contacts, order, first, last):
+def set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, order, first, last):
     """``turning`` and ``bias`` of each contact.
 
     The velocity at the end is that of the relative motion (V, Omega) of the pair at arm x' from the centre of one of
@@ -109,23 +109,23 @@ def set_turning(bodies, predicted, working, ends, time_step, contacts, order, fi
         elif drifts:
             # What is deeper is left to the position stage.
             if contact.start_gap >= -DRIFT * contact.size:
-                contact.bias = CLOSING * contact.start_gap / time_step
-            turning = vec3.add_scaled(turning, CLOSING / time_step, vec3.load(contact.creep))
+                contact.bias = CLOSING * contact.start_gap / whole_step
+            turning = vec3.add_scaled(turning, CLOSING / whole_step, vec3.load(contact.creep))
         vec3.store(contact.turning, turning)
 
 
 @kernel
 def prepare_lasting(
-    bodies, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
+    bodies, flown, time_step, whole_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
     predicted, working, ends,
 ):  # fmt: skip
     """Write the contact problem of one island about the middle of the way to ``predicted``: contacts, and ``working``
-    bodies.
+    bodies. What has drifted is made good at the pace of a ``whole_step``, however short this part of it is.
     """
     take_middle(predicted, working, contacts, order, first, last)
     sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
     predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body, predicted, working)
-    set_turning(bodies, predicted, working, ends, time_step, contacts, order, first, last)
+    set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, order, first, last)
 
 
 @kernel

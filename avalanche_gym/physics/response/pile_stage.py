@@ -6,13 +6,11 @@ import numpy as np
 
 from ..contacts.prediction import measure_end
 from ..jit import kernel, stage
-from ..memory import bodies_of, header_at, report_of, states_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT
-from ..solver.pile_memory import PILE_NODE, PILE_ROW
+from ..memory import bodies_of, header_at, report_of, starts_of, table, workspace_at
+from ..model import BODY_STATE, CONTACT, TO_IMPACT
+from ..solver.pile_memory import LEAST_BODIES, PILE_NODE, PILE_ROW
 from .pile import step_pile_island
 
-# Islands of fewer bodies are always solved exactly.
-LEAST_BODIES = 12
 # Name of the tier in the report (report.METHODS).
 PILE = 5
 
@@ -29,12 +27,12 @@ def step_pile(address, workspace_address, world, island):
     workspace = workspace_at(workspace_address)
     first_body = _entry(workspace.body_starts, island)
     last_body = _entry(workspace.body_starts, island + 1)
-    if last_body - first_body < LEAST_BODIES or header.moments == 1:
+    if last_body - first_body < LEAST_BODIES or header.moments == 1 or workspace.span != header.time_step or workspace.part == TO_IMPACT:
         return 0
     first = _entry(workspace.island_starts, island)
     last = _entry(workspace.island_starts, island + 1)
     bodies = bodies_of(header, world)
-    starts = states_of(header, world)
+    starts = starts_of(header, workspace)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
@@ -44,7 +42,7 @@ def step_pile(address, workspace_address, world, island):
     nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
     index = table(workspace.solver_index, workspace.solver_index_size, np.int64)
     residual = step_pile_island(
-        bodies, starts, flown, header.time_step, header.substeps, contacts, order, first, last, members, first_body,
+        bodies, starts, flown, workspace.span, header.substeps, contacts, order, first, last, members, first_body,
         last_body, rows, nodes, index, ends,
     )  # fmt: skip
     worst = measure_end(starts, ends, contacts, order, first, last)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..contacts.islands import find_islands
+from ..contacts.located import lasting_first, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
 from ..frames import publish_body
@@ -17,12 +18,13 @@ from ..memory import (
     height_rates_of,
     heights_of,
     report_of,
+    starts_of,
     states_of,
     table,
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC
+from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LAST, TO_IMPACT, WHOLE
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
@@ -70,20 +72,24 @@ def solve_problem(address, workspace_address, num_contacts, num_bodies):
 
 
 @stage
-def solve_contacts(address, workspace_address, world, count):
-    """From contacts to the states at the end of the step (``ends``).
-
-    Returns how many contacts remain, or -1 if the solver needs more memory.
-    """
+def sort_contacts(address, workspace_address, world, count):
+    """Predict the contacts, match them with those before, and sort them into islands; return how many remain."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
-    states = states_of(header, world)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
-    count = predict_contacts(bodies, states, flown, header.time_step, contacts, count)
-    match_contacts(contacts_of(header, world), world_entry(header.num_contacts, world)[0], contacts, count)
-    islands = find_islands(
+    span = workspace.span
+    chains = table(workspace.island_starts, workspace.island_starts_size, np.int64)
+    following = table(workspace.order, workspace.order_size, np.int64)
+    count = predict_contacts(bodies, starts_of(header, workspace), flown, span, contacts, count)
+    if workspace.part == WHOLE:
+        num_old = world_entry(header.num_contacts, world)[0]
+        match_contacts(contacts_of(header, world), num_old, contacts, count, span, chains, following)
+    else:
+        recent = table(workspace.recent, workspace.recent_size, CONTACT)
+        match_contacts(recent, workspace.num_recent, contacts, count, span, chains, following)
+    workspace.num_islands = find_islands(
         bodies,
         contacts,
         count,
@@ -93,19 +99,29 @@ def solve_contacts(address, workspace_address, world, count):
         table(workspace.body_starts, workspace.body_starts_size, np.int64),
         table(workspace.island_bodies, workspace.island_bodies_size, np.int64),
     )
-    for island in range(islands):
-        if not _step_island(address, workspace_address, world, island):
-            return -1
     return count
+
+
+@stage
+def step_islands(address, workspace_address, world):
+    """From contacts to the states at the end of this part of the step (``ends``); return False if the solver needs
+    more memory.
+    """
+    workspace = workspace_at(workspace_address)
+    workspace.waiting = 0
+    for island in range(workspace.num_islands):
+        if not _step_island(address, workspace_address, world, island):
+            return 0
+    return 1
 
 
 @kernel
 def _step_island(address, workspace_address, world, island):
-    """Advance the bodies of one island to the end of the step; return False if the solver needs more memory."""
+    """Advance the bodies of one island to the end of this part; return False if the solver needs more memory."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
-    starts = states_of(header, world)
+    starts = starts_of(header, workspace)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
     working = table(workspace.working, header.num_bodies, BODY_STATE)
@@ -116,12 +132,25 @@ def _step_island(address, workspace_address, world, island):
     members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
     first, last = _range(workspace.island_starts, island)
     first_body, last_body = _range(workspace.body_starts, island)
-    time_step = header.time_step
+    time_step = workspace.span
     report = report_of(header, world)
 
-    struck = sort_out(time_step, contacts, order, first, last)
+    struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
         return True
+    if header.events == 1 and workspace.part != LAST:
+        alone = last_body - first_body == 1
+        located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
+        if workspace.part == TO_IMPACT:
+            last = lasting_first(contacts, order, first, last)
+            struck = False
+        table(workspace.waits, workspace.waits_size, np.int64)[island] = 1 if located else 0
+        if located:
+            workspace.waiting += 1
+            if workspace.part == WHOLE:
+                return True
+        if last == first:
+            return True
     expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
     foreseen = False
     predictions = 0
@@ -136,10 +165,10 @@ def _step_island(address, workspace_address, world, island):
         if struck:
             break
         prepare_lasting(
-            bodies, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
-            predicted, working, ends,
+            bodies, flown, time_step, header.time_step, contacts, order, first, last, sums, members, first_body,
+            last_body, predicted, working, ends,
         )  # fmt: skip
-        if not _solve(address, workspace_address, world, island):
+        if not _solve(address, workspace_address, world, first, last, first_body, last_body):
             return False
         struck = newly_loaded(contacts, order, first, last)
         if struck:
@@ -160,13 +189,13 @@ def _step_island(address, workspace_address, world, island):
             bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
             working,
         )  # fmt: skip
-        if not _solve(address, workspace_address, world, island):
+        if not _solve(address, workspace_address, world, first, last, first_body, last_body):
             return False
         end_impact(
             bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body, ends
         )
         if header.restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
-            if not _solve(address, workspace_address, world, island):
+            if not _solve(address, workspace_address, world, first, last, first_body, last_body):
                 return False
             end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
     worst = measure_end(places, ends, contacts, order, first, last)
@@ -196,7 +225,7 @@ def _range(address, number):
 
 
 @kernel
-def _solve(address, workspace_address, world, island):
+def _solve(address, workspace_address, world, first, last, first_body, last_body):
     """Solve the velocities of one island about ``working``; return False if the solver needs more memory."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -206,8 +235,6 @@ def _solve(address, workspace_address, world, island):
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     order = table(workspace.order, workspace.order_size, np.int64)
     members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
-    first, last = _range(workspace.island_starts, island)
-    first_body, last_body = _range(workspace.body_starts, island)
     num_bodies = last_body - first_body
     own = last - first
     prepare_nodes(bodies, working, members[first_body:], num_bodies, nodes, index)
@@ -236,7 +263,8 @@ def commit(address, workspace_address, world, count):
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
-    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    kept = workspace.kept if workspace.waiting > 0 else workspace.contacts
+    contacts = table(kept, workspace.contacts_size, CONTACT)
     for index in range(header.num_bodies):
         body = bodies[index]
         if body.motion == DYNAMIC or body.motion == KINEMATIC:

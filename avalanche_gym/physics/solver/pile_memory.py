@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+# Islands of fewer bodies are always solved exactly.
+LEAST_BODIES = 12
+
 PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are in the frame (normal, t1, t2)
     [
         ("a", np.int64),  # node of body a

@@ -1,0 +1,233 @@
+"""The instant at which two bodies meet, on the way that they take.
+
+Conservative advancement (Mirtich 1996, sec. 2.3): at an instant s the narrow phase gives the gaps g of a pair of
+colliders; no feature can close before s + ds; repeat there. Two steps ds compete:
+
+    first order    ds = g / (|n . v| + omega R),   n . v of the centres, omega R what turning can add: safe, linear near
+                   the impact, and no step at all where bodies touch
+    second order   0 = g + u ds - A ds^2 / 2,   u the normal velocity of the feature, A the acceleration that closes it,
+                   with omega^2 R for what turning adds: exact for a sphere over a plane in uniform gravity, quadratic
+                   near any impact, blind for features that are not listed
+
+The first one is safe everywhere; where it is shorter than half the thickness of the thinner body the second may go as
+far as that. An overlap that such a step runs into is halved away between the last two instants.
+
+The way is the flight itself, or for a body under lasting contacts the parabola in time between both ends of its smooth
+step, which is what the trapezoid makes of it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..integrator.flight import fly
+from ..jit import kernel, stage
+from ..maths import quat, vec3
+from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
+from ..model import BODY_STATE, CONTACT, DYNAMIC, PLACE_BITS, SLIDING
+from ..narrow_phase.collide import collide_pair
+from ..narrow_phase.pair_query import query_at
+
+# Bodies have met when their gap is below this fraction of the smaller one; what is below TOUCHING and neither comes
+# nor goes rests.
+MET = 1e-12
+TOUCHING = 1e-9
+RESTING = 1e-4
+# Instants looked at for one pair in one step. A pair that needs more slides along itself; it is left to the next look.
+MOST_INSTANTS = 256
+# Spacing of floats relative to their value: a gap between places is known no better.
+SPACING = 2.220446049250313e-16
+
+
+@kernel
+def place_at(body, fields, start, end, lasts, instant, span, out):
+    """State of a body at an instant [s] of its way."""
+    if body.motion != DYNAMIC or lasts == 0 or span <= 0.0:
+        fly(start, body, fields, instant, out)
+        return
+    part = instant / span
+    v = vec3.load(start.velocity)
+    change = vec3.sub(vec3.load(end.velocity), v)
+    vec3.store(out.velocity, vec3.add_scaled(v, part, change))
+    way = vec3.add_scaled(vec3.scale(instant, v), 0.5 * part * instant, change)
+    vec3.store(out.center, vec3.add(vec3.load(start.center), way))
+    spin = vec3.load(start.angular_velocity)
+    change = vec3.sub(vec3.load(end.angular_velocity), spin)
+    vec3.store(out.angular_velocity, vec3.add_scaled(spin, part, change))
+    angle = vec3.add_scaled(vec3.scale(instant, spin), 0.5 * part * instant, change)
+    turn = quat.from_rotation_vector(angle)
+    quat.store(out.orientation, quat.normalize(quat.multiply(turn, quat.load(start.orientation))))
+
+
+@kernel
+def _point_velocity(state, point):
+    arm = vec3.sub(point, vec3.load(state.center))
+    return vec3.add(vec3.load(state.velocity), vec3.cross(vec3.load(state.angular_velocity), arm))
+
+
+@kernel
+def _whirl(state, point):
+    """(omega |x|, omega^2 |x|) of a point at arm x: bounds of its velocity and acceleration through turning."""
+    spin = vec3.norm(vec3.load(state.angular_velocity))
+    arm = vec3.norm(vec3.sub(point, vec3.load(state.center)))
+    return spin * arm, spin * spin * arm
+
+
+@kernel
+def _no_sooner(gap, closing, pressing):
+    """The least time [s] in which gap - closing t - pressing t^2 / 2 comes to zero."""
+    root = closing * closing + 2.0 * pressing * gap
+    if root < 0.0 or (closing <= 0.0 and pressing <= 0.0):
+        return math.inf
+    root = math.sqrt(root)
+    if closing >= 0.0:
+        return 2.0 * gap / (closing + root) if closing + root > 0.0 else math.inf
+    return (root - closing) / pressing
+
+
+@kernel
+def _same(one, other):
+    return one == other or (one >= SLIDING and one >> PLACE_BITS == other >> PLACE_BITS)
+
+
+@kernel
+def _lasts(contacts, first, count, pair, found):
+    """Whether a contact found on the way is one of those that last."""
+    for index in range(first, count):
+        if contacts[index].pair != pair:
+            return False
+        if contacts[index].persistent == 1 and _same(contacts[index].feature, found.feature):
+            return True
+    return False
+
+
+@stage
+def find_impact_time(address, workspace_address, world, count):
+    """Set ``impact_time`` of the workspace to the first impact among pairs with a ``located`` contact.
+
+    ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``lasting`` tells how a body
+    moves. Returns 1 if there is an impact before the end.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    workspace.impact_time = workspace.span
+    found = 0
+    pair = np.int64(-1)
+    first = np.int64(0)
+    for index in range(count):
+        contact = contacts[index]
+        if index == 0 or contact.pair != contacts[index - 1].pair:
+            first = index
+        if contact.located == 1 and contact.pair != pair:
+            pair = contact.pair
+            if _search(header, workspace, world, contacts, first, count):
+                found = 1
+    return found
+
+
+@kernel
+def _search(header, workspace, world, contacts, first, count):
+    """Look for an impact of one pair of colliders before ``impact_time``, and move that up to it."""
+    contact = contacts[first]
+    a, b, pair, size = contact.body_a, contact.body_b, contact.pair, contact.size
+    bodies = bodies_of(header, world)
+    fields = fields_of(header)
+    starts = starts_of(header, workspace)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    states = table(workspace.working, header.num_bodies, BODY_STATE)
+    lasting = table(workspace.lasting, header.num_bodies, np.int64)
+    asked = table(workspace.asked, workspace.asked_size, CONTACT)
+    num_colliders = colliders_of(header).shape[0]
+    i = pair // num_colliders
+    j = pair - i * num_colliders
+    query = query_at(workspace.query)
+    query.world = world
+    query.contacts = workspace.asked
+    query.capacity = workspace.asked_size
+    query.scratch = workspace.clipping
+    query.scratch_rows = workspace.clipping_size // 8
+    span = workspace.span
+    center = vec3.load(starts[a].center)
+    near = MET * size + 4.0 * SPACING * (abs(center[0]) + abs(center[1]) + abs(center[2]))
+    instant = 0.0
+    clear = 0.0
+    blocked = math.inf
+    for _ in range(MOST_INSTANTS):
+        place_at(bodies[a], fields, starts[a], ends[a], lasting[a], instant, span, states[a])
+        place_at(bodies[b], fields, starts[b], ends[b], lasting[b], instant, span, states[b])
+        left = workspace.impact_time - instant
+        spin_a = vec3.norm(vec3.load(states[a].angular_velocity))
+        spin_b = vec3.norm(vec3.load(states[b].angular_velocity))
+        apart = vec3.norm(vec3.sub(vec3.load(states[b].center), vec3.load(states[a].center)))
+        turning = spin_a * min(bodies[a].radius, apart + bodies[b].radius)
+        turning += spin_b * min(bodies[b].radius, apart + bodies[a].radius)
+        relative = vec3.sub(vec3.load(states[b].velocity), vec3.load(states[a].velocity))
+        gain = vec3.sub(vec3.load(ends[b].velocity), vec3.load(starts[b].velocity))
+        gain = vec3.sub(gain, vec3.sub(vec3.load(ends[a].velocity), vec3.load(starts[a].velocity)))
+        acceleration = vec3.scale(1.0 / span, gain)
+        speed = vec3.norm(relative) + turning + vec3.norm(gain)
+        query.margin = speed * left + TOUCHING * size
+        number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
+        step = math.inf
+        deepest = math.inf
+        for index in range(number):
+            found = asked[index]
+            normal = vec3.load(found.normal)
+            surface = vec3.dot(normal, vec3.load(found.surface_velocity))
+            gap = found.gap + (workspace.elapsed + instant) * surface
+            if gap <= RESTING * size and _lasts(contacts, first, count, pair, found):
+                continue
+            point = vec3.load(found.position)
+            core_a = vec3.add_scaled(point, -found.radius_a - 0.5 * found.gap, normal)
+            core_b = vec3.add_scaled(point, found.radius_b + 0.5 * found.gap, normal)
+            closing = vec3.sub(_point_velocity(states[a], core_a), _point_velocity(states[b], core_b))
+            closing = vec3.dot(normal, closing) - surface
+            swing_a, whirl_a = _whirl(states[a], core_a)
+            swing_b, whirl_b = _whirl(states[b], core_b)
+            pressing = whirl_a + whirl_b - vec3.dot(normal, acceleration)
+            if gap <= near:
+                if closing * header.time_step > TOUCHING * size:
+                    deepest = min(deepest, gap)
+                    continue
+                if closing >= 0.0 or pressing * left <= -closing:
+                    # It rests, or does not come back in what is left.
+                    if abs(closing) * header.time_step <= TOUCHING * size:
+                        continue
+                gap = max(gap, 0.0)
+            second = _no_sooner(gap, closing, pressing)
+            # A sphere turns about its core: nothing of it but the listed feature can close.
+            first_order = math.inf
+            if swing_a + swing_b > 0.0 or whirl_a + whirl_b > 0.0:
+                approach = -vec3.dot(normal, relative)
+                bound = max(approach, 0.0) + max(turning, swing_a + swing_b) + abs(surface)
+                first_order = gap / bound if bound > 0.0 else math.inf
+            else:
+                first_order = second
+            bold = size * 0.5 / speed if speed > 0.0 else math.inf
+            step = min(step, max(first_order, min(second, bold)))
+        if deepest < math.inf:
+            if deepest >= -near or instant == 0.0:
+                workspace.impact_time = instant
+                return True
+            if instant - clear <= 4.0 * SPACING * span:
+                workspace.impact_time = clear
+                return True
+            blocked = instant
+            instant = 0.5 * (clear + blocked)
+            continue
+        clear = instant
+        if blocked < math.inf:
+            if blocked - clear <= 4.0 * SPACING * span:
+                workspace.impact_time = clear
+                return True
+            step = min(step, 0.5 * (blocked - clear))
+        if instant + step >= workspace.impact_time:
+            return False
+        if instant + step == instant:
+            workspace.impact_time = instant
+            return True
+        instant += step
+    return False
