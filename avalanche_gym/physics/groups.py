@@ -48,7 +48,7 @@ from .model import (
     SOLVER_FULL,
     TO_IMPACT,
 )
-from .solver.pile_memory import LEAST_BODIES
+from .solver.pile_memory import CROWD, LEAST_BODIES
 
 # Parts of a step at most: so many for a group of few bodies, and fewer for a large one, whose parts cost more.
 MOST_PARTS = 256
@@ -56,6 +56,9 @@ MOST_BODY_PARTS = 8192
 FEWEST_PARTS = 32
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
+
+# The group of what the pile tier has stepped: it is not stopped for those who come near it.
+APART = -2
 
 # What a group says in place of a status: it met a body of another island.
 MET = -1
@@ -104,6 +107,8 @@ def step_groups(address, workspace_address, world):
     for index in range(header.num_bodies):
         if group[index] >= 0 and waits[group[index]] == 1:
             group[index] += header.num_bodies
+        elif group[index] >= 0 and waits[group[index]] == CROWD:
+            group[index] = APART
     status = OK
     for number in range(num_islands):
         label = number + header.num_bodies
@@ -129,7 +134,7 @@ def _keep_finished(workspace, waits):
     count = 0
     for index in range(starts[workspace.num_islands]):
         contact = contacts[index]
-        if waits[contact.island] == 0:
+        if waits[contact.island] != 1:
             kept[count] = contact
             count += 1
     workspace.num_kept = count
@@ -332,6 +337,9 @@ def _pairs(header, workspace, world, label, count):
         for other in range(header.num_bodies):
             mine = group[other] == label
             if bodies[other].num_colliders == 0 or bodies[other].motion == REMOVED or (mine and other <= one):
+                continue
+            # What comes near a crowd on the way is found there in the next step.
+            if group[other] == APART:
                 continue
             if overlap(boxes, one, other):
                 if bodies[other].motion == DYNAMIC and not mine:

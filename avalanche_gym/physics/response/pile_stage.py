@@ -8,7 +8,7 @@ from ..contacts.prediction import measure_end
 from ..jit import kernel, stage
 from ..memory import bodies_of, header_at, report_of, starts_of, table, workspace_at
 from ..model import BODY_STATE, CONTACT, TO_IMPACT
-from ..solver.pile_memory import LEAST_BODIES, PILE_NODE, PILE_ROW
+from ..solver.pile_memory import CROWD, LEAST_BODIES, PILE_NODE, PILE_ROW
 from .pile import step_pile_island
 
 # Name of the tier in the report (report.METHODS).
@@ -46,6 +46,7 @@ def step_pile(address, workspace_address, world, island):
         last_body, rows, nodes, index, ends,
     )  # fmt: skip
     worst = measure_end(starts, ends, contacts, order, first, last)
+    table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD
     report = report_of(header, world)
     report.residual = max(report.residual, residual)
     report.iterations += header.substeps
