@@ -28,6 +28,7 @@ from .model import (
     NODE_ROW,
     PAIR_RULE,
     REPORT,
+    REST,
     VERTEX_ROW,
 )
 from .solver.pile_memory import PILE_NODE, PILE_ROW
@@ -55,6 +56,7 @@ WORLD_TABLES = {
     "states": BODY_STATE,  # (worlds, bodies)
     "contacts": CONTACT,  # (worlds, capacity)
     "num_contacts": np.dtype(np.int64),  # (worlds,)
+    "rest": REST,  # (worlds, bodies)
     "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
     "orientation": np.dtype(np.float64),  # (worlds, bodies, 4)
     "linear_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [m/s]
@@ -153,6 +155,7 @@ WORKSPACE = np.dtype(
 _BODY_BYTES = BODY.itemsize
 _STATE_BYTES = BODY_STATE.itemsize
 _CONTACT_BYTES = CONTACT.itemsize
+_REST_BYTES = REST.itemsize
 
 
 @intrinsic
@@ -210,6 +213,12 @@ def contacts_of(header, world):
     """(capacity,) rows of CONTACT of one world: those of its last step."""
     offset = world * header.contact_capacity * _CONTACT_BYTES
     return carray(_pointer(header.contacts + offset), header.contact_capacity, CONTACT)
+
+
+@kernel
+def rest_of(header, world):
+    """(bodies,) rows of REST of one world."""
+    return carray(_pointer(header.rest + world * header.num_bodies * _REST_BYTES), header.num_bodies, REST)
 
 
 @kernel

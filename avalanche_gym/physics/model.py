@@ -211,6 +211,20 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
     align=True,
 )
 
+REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly move
+    [
+        ("asleep", np.int64),  # 0: awake; else one more than the lowest handle of the island it sleeps with
+        ("still", np.int64),  # steps in a row in which it has hardly moved
+        ("barred", np.int64),  # 1: the user lets it never sleep
+        # Of the first body of an island that is large:
+        ("tried", np.int64),  # 1: the exact tier has tried in the last step
+        ("pause", np.int64),  # [steps] after its next failure
+        ("wait", np.int64),  # [steps] until it tries again
+        ("residual", np.float64),  # what it reached
+    ],
+    align=True,
+)
+
 CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted by pair
     [
         ("pair", np.int64),  # collider_a * num_colliders + collider_b

@@ -20,6 +20,7 @@ from .model import (
     NUM_SHAPES,
     PAIRS_FULL,
     REPORT,
+    REST,
     SHAPE_NAMES,
     SOLVER_FULL,
 )
@@ -43,6 +44,7 @@ STATE_TABLES = (
     "states",
     "contacts",
     "num_contacts",
+    "rest",
     "position",
     "orientation",
     "linear_velocity",
@@ -74,6 +76,7 @@ class Storage:
         self.arrays["impulses"] = np.zeros((num_worlds, num_bodies, 6))
         self.arrays["contacts"] = np.zeros((num_worlds, options.max_contacts or FIRST_CONTACTS), CONTACT)
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
+        self.arrays["rest"] = np.zeros((num_worlds, num_bodies), REST)
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
         self.header = np.zeros(1, HEADER)

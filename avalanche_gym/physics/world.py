@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import frames, parameters
+from .contacts import sleeping
 from .construction import build_tables
 from .diagnostics import measure
 from .features import describe_features
@@ -307,6 +308,7 @@ class World:
             arrays[name][mask] = self._initial[name][mask]
         arrays["impulses"][mask] = 0.0
         arrays["num_contacts"][mask] = 0
+        sleeping.forget(self._storage, mask)
         parameters.reset_heights(self._storage, mask, self._initial["heights"])
 
     def snapshot(self) -> Snapshot:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import SLACK
+from ..contacts.prediction import SLACK, bears_load
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
@@ -171,6 +171,66 @@ def end_pile(bodies, starts, flown, time_step, substeps, contacts, order, first,
         vec3.store(end.center, vec3.add(vec3.load(start.center), vec3.load(node.moved)))
         p, l = node.push, node.moment
         set_velocities(bodies[handle], flight, (p[0], p[1], p[2], l[0], l[1], l[2]), end)
+
+
+@kernel
+def _rests(contacts, order, first, last):
+    """Whether all contacts that bear load touch, and none has a gap or a creep to make good."""
+    for number in range(first, last):
+        contact = contacts[order[number]]
+        if contact.persistent == 1:
+            squares = contact.start_gap**2 + vec3.norm_squared(vec3.load(contact.creep))
+            if squares > (SETTLED * contact.size) ** 2:
+                return False
+        elif bears_load(contact):
+            return False
+    return True
+
+
+@kernel
+def certify_pile_island(
+    bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, rows, nodes,
+    index, ends, tolerance,
+):  # fmt: skip
+    """Where the impulses of the last step solve this one and nothing moves: bodies of the island to the end of the step.
+
+    Returns the residual, or -1 if that is more than ``tolerance`` and nothing was changed.
+    """
+    if not _rests(contacts, order, first, last):
+        return -1.0
+    num_contacts = last - first
+    num_bodies = last_body - first_body
+    prepare_bodies(bodies, starts, flown, members, first_body, last_body, 1, nodes, index)
+    violation = prepare_contacts(
+        bodies, starts, flown, time_step, 1, contacts, order, first, last, num_bodies, rows, nodes, index
+    )
+    warm_start(rows, nodes, num_contacts, num_bodies)
+    for number in range(num_contacts):
+        row = rows[number]
+        row.bias = max(row.open, 0.0) / time_step
+        vec3.store(row.total, vec3.load(row.impulse))
+    residual = pile_residual(rows, nodes, num_contacts, violation)
+    if not residual <= tolerance:
+        return -1.0
+    for number in range(first_body, last_body):
+        handle = members[number]
+        node = nodes[number - first_body]
+        start, end, flight = starts[handle], ends[handle], flown[handle]
+        # The trapezoid of velocities that are zero but for round-off, as in lasting.py.
+        velocity = vec3.scale(0.5, vec3.add(vec3.load(start.velocity), vec3.load(node.velocity)))
+        spin = vec3.scale(0.5, vec3.add(vec3.load(start.angular_velocity), vec3.load(node.spin)))
+        vec3.store(end.center, vec3.add_scaled(vec3.load(start.center), time_step, velocity))
+        quat.store(end.orientation, turned(quat.load(start.orientation), vec3.scale(time_step, spin)))
+        vec3.store(end.velocity, vec3.load(node.velocity))
+        vec3.store(end.angular_velocity, vec3.load(node.spin))
+        vec3.store(end.angular_momentum, vec3.load(flight.angular_momentum))
+    for number in range(first, last):
+        contact = contacts[order[number]]
+        vec3.store(contact.impulse, to_world(rows[number - first], vec3.load(rows[number - first].total)))
+        vec3.store(contact.turning, vec3.ZERO)
+        contact.sticks = contact.stuck
+        # ``position``, ``normal`` and ``gap`` are those of the start, and nothing has moved.
+    return residual
 
 
 @kernel

@@ -18,6 +18,7 @@ from ..memory import (
     height_rates_of,
     heights_of,
     report_of,
+    rest_of,
     starts_of,
     states_of,
     table,
@@ -248,6 +249,7 @@ def _solve(address, workspace_address, world, first, last, first_body, last_body
         return False
     keep_impulses(contacts, order, first, last, rows)
     keep_moments(contacts, order, first, rows, own, num_rows)
+    rest_of(header, world)[members[first_body]].residual = workspace.residual
     report = report_of(header, world)
     report.residual = max(report.residual, workspace.residual)
     report.iterations += workspace.iterations
