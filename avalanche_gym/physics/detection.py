@@ -10,10 +10,11 @@ from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK
+from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import fly
 from .jit import kernel, stage
 from .maths import vec3
-from .memory import bodies_of, colliders_of, fields_of, header_at, starts_of, states_of, table, workspace_at
+from .memory import bodies_of, colliders_of, fields_of, header_at, starts_of, rest_of, states_of, table, workspace_at
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
@@ -30,12 +31,17 @@ def fly_bodies(address, workspace_address, world):
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
+    rest = rest_of(header, world)
     fields = fields_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     for index in range(header.num_bodies):
-        fly(states[index], bodies[index], fields, header.time_step, flown[index])
-        ends[index] = flown[index]
+        if rest[index].asleep == 0:
+            fly(states[index], bodies[index], fields, header.time_step, flown[index])
+            ends[index] = flown[index]
+        else:
+            flown[index] = states[index]
+            ends[index] = states[index]
     return 0
 
 
@@ -79,7 +85,8 @@ def find_pairs(address, workspace_address, world):
         turned = _turn(body, states[index], flown[index], header.time_step)
         slack = SLACK * body.size if body.motion == DYNAMIC else 0.0
         swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
-    return all_pairs(bodies, boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    return drop_sleeping_pairs(header, world, pairs, all_pairs(bodies, boxes, pairs))
 
 
 @stage

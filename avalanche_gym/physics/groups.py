@@ -30,6 +30,7 @@ from .memory import (
     fields_of,
     header_at,
     report_of,
+    rest_of,
     states_of,
     table,
     workspace_at,
@@ -39,16 +40,17 @@ from .model import (
     BODY_STATE,
     CONTACT,
     CONTACTS_FULL,
+    CROWD,
     DYNAMIC,
     KINEMATIC,
     LAST,
+    LEAST_BODIES,
     OK,
     PAIRS_FULL,
     REMOVED,
     SOLVER_FULL,
     TO_IMPACT,
 )
-from .solver.pile_memory import CROWD, LEAST_BODIES
 
 # Parts of a step at most: so many for a group of few bodies, and fewer for a large one, whose parts cost more.
 MOST_PARTS = 256
@@ -57,7 +59,7 @@ FEWEST_PARTS = 32
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
 
-# The group of what the pile tier has stepped: it is not stopped for those who come near it.
+# The group of what the pile tier has stepped, and of what is asleep: it is not stopped for those who come near it.
 APART = -2
 
 # What a group says in place of a status: it met a body of another island.
@@ -94,6 +96,7 @@ def step_groups(address, workspace_address, world):
     states = states_of(header, world)
     begins = _bodies_table(header, workspace.begins)
     group = _numbers(header, workspace.group)
+    rest = rest_of(header, world)
     waits = table(workspace.waits, workspace.waits_size, np.int64)
     island = _numbers(header, workspace.island)
     waiting = workspace.waiting
@@ -107,7 +110,7 @@ def step_groups(address, workspace_address, world):
     for index in range(header.num_bodies):
         if group[index] >= 0 and waits[group[index]] == 1:
             group[index] += header.num_bodies
-        elif group[index] >= 0 and waits[group[index]] == CROWD:
+        elif (group[index] >= 0 and waits[group[index]] == CROWD) or rest[index].asleep != 0:
             group[index] = APART
     status = OK
     for number in range(num_islands):

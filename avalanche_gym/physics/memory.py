@@ -57,6 +57,8 @@ WORLD_TABLES = {
     "contacts": CONTACT,  # (worlds, capacity)
     "num_contacts": np.dtype(np.int64),  # (worlds,)
     "rest": REST,  # (worlds, bodies)
+    "asleep_contacts": CONTACT,  # (worlds, capacity, 0 if nothing may sleep)
+    "num_asleep_contacts": np.dtype(np.int64),  # (worlds,)
     "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
     "orientation": np.dtype(np.float64),  # (worlds, bodies, 4)
     "linear_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [m/s]
@@ -71,7 +73,7 @@ WORLD_TABLES = {
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
-    *("step_groups", "find_impact_time", "strike", "step_pile", "commit"),
+    *("step_groups", "find_impact_time", "strike", "step_pile", "settle", "commit"),
 )
 
 HEADER = np.dtype(
@@ -82,6 +84,8 @@ HEADER = np.dtype(
         ("num_heights", np.int64),  # samples of all height fields of one world
         ("height_worlds", np.int64),  # 1: all worlds share their heights
         ("contact_capacity", np.int64),  # a world
+        ("asleep_capacity", np.int64),
+        ("sleeping", np.int64),  # 0: nothing may sleep
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
         ("restitution", np.int64),  # 0: nothing in this scene bounces
@@ -213,6 +217,13 @@ def contacts_of(header, world):
     """(capacity,) rows of CONTACT of one world: those of its last step."""
     offset = world * header.contact_capacity * _CONTACT_BYTES
     return carray(_pointer(header.contacts + offset), header.contact_capacity, CONTACT)
+
+
+@kernel
+def asleep_contacts_of(header, world):
+    """(capacity,) rows of CONTACT of one world: those of islands that sleep."""
+    offset = world * header.asleep_capacity * _CONTACT_BYTES
+    return carray(_pointer(header.asleep_contacts + offset), header.asleep_capacity, CONTACT)
 
 
 @kernel

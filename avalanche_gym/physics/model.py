@@ -43,6 +43,11 @@ WHOLE, TO_IMPACT, LAST = 0, 1, 2
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
+# Islands of fewer bodies are always solved exactly (response/pile_stage.py).
+LEAST_BODIES = 12
+# What the workspace notes of an island that the pile tier has stepped, in place of whether its impacts are located.
+CROWD = 2
+
 # --- Model: constant while the world steps
 # -----------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from . import detection, groups, response
 from .construction import Tables
+from .contacts import sleeping
 from .events import impact_time
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
@@ -17,6 +18,7 @@ from .model import (
     CONTACT,
     CONTACTS_FULL,
     DYNAMIC,
+    LEAST_BODIES,
     NUM_SHAPES,
     PAIRS_FULL,
     REPORT,
@@ -27,7 +29,6 @@ from .model import (
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
-from .solver.pile_memory import LEAST_BODIES
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
@@ -45,6 +46,8 @@ STATE_TABLES = (
     "contacts",
     "num_contacts",
     "rest",
+    "asleep_contacts",
+    "num_asleep_contacts",
     "position",
     "orientation",
     "linear_velocity",
@@ -76,6 +79,8 @@ class Storage:
         self.arrays["impulses"] = np.zeros((num_worlds, num_bodies, 6))
         self.arrays["contacts"] = np.zeros((num_worlds, options.max_contacts or FIRST_CONTACTS), CONTACT)
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
+        self.arrays["asleep_contacts"] = np.zeros_like(self.arrays["contacts"][:, : None if options.sleeping else 0])
+        self.arrays["num_asleep_contacts"] = np.zeros(num_worlds, np.int64)
         self.arrays["rest"] = np.zeros((num_worlds, num_bodies), REST)
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
@@ -110,6 +115,9 @@ class Storage:
         header["events"] = options.events
         header["fly_bodies"] = detection.fly_bodies.address
         header["commit"] = response.commit.address
+        header["sleeping"] = bool(options.sleeping and (bodies["motion"] == DYNAMIC).any())
+        if header["sleeping"]:
+            header["settle"] = sleeping.settle.address
         if header["collisions"]:
             header["find_pairs"] = detection.find_pairs.address
             header["find_contacts"] = detection.find_contacts.address
@@ -130,6 +138,7 @@ class Storage:
         header, arrays = self.header[0], self.arrays
         header["height_worlds"], header["num_heights"] = arrays["heights"].shape
         header["contact_capacity"] = arrays["contacts"].shape[1]
+        header["asleep_capacity"] = arrays["asleep_contacts"].shape[1]
         for name in (*MODEL_TABLES, *WORLD_TABLES):
             header[name] = arrays[name].ctypes.data
         for name in MODEL_TABLES:
@@ -238,7 +247,7 @@ class Storage:
             self.resize_contacts(saved["contacts"].shape[1])
         for name, array in saved.items():
             own = self.arrays[name]
-            if name == "contacts":
+            if name in ("contacts", "asleep_contacts"):
                 own[:, : array.shape[1]] = array  # there may be room for more by now
             elif own.shape == array.shape:
                 own[...] = array
@@ -249,10 +258,12 @@ class Storage:
 
     def resize_contacts(self, capacity: int) -> None:
         """Room for ``capacity`` contacts a world; those that are there stay."""
-        old = self.arrays["contacts"]
-        grown = np.zeros((self.num_worlds, capacity), CONTACT)
-        grown[:, : old.shape[1]] = old
-        self.arrays["contacts"] = grown
+        for name in ("contacts", "asleep_contacts"):
+            old = self.arrays[name]
+            if old.shape[1]:
+                grown = np.zeros((self.num_worlds, capacity), CONTACT)
+                grown[:, : old.shape[1]] = old
+                self.arrays[name] = grown
         for number in range(len(self.workspaces)):
             self.size_workspace(number, pairs=0, blocks=0, integers=0)
         self.link()

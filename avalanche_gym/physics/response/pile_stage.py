@@ -15,9 +15,9 @@ from ..contacts.prediction import measure_end
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT, DYNAMIC, TO_IMPACT
+from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, TO_IMPACT
 from ..solver.exact import CERTIFIED
-from ..solver.pile_memory import CROWD, LEAST_BODIES, PILE_NODE, PILE_ROW
+from ..solver.pile_memory import PILE_NODE, PILE_ROW
 from .pile import certify_pile_island, step_pile_island
 
 # Rings of touching bodies, as a share of their number, above which an island is no chain.

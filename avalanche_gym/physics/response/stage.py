@@ -8,6 +8,7 @@ from ..contacts.islands import find_islands
 from ..contacts.located import lasting_first, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
+from ..contacts.sleeping import touch_sleepers
 from ..frames import publish_body
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
@@ -74,7 +75,10 @@ def solve_problem(address, workspace_address, num_contacts, num_bodies):
 
 @stage
 def sort_contacts(address, workspace_address, world, count):
-    """Predict the contacts, match them with those before, and sort them into islands; return how many remain."""
+    """Predict the contacts, match them with those before, and sort them into islands.
+
+    Returns how many remain, or -1 if a sleeping island was touched and woke: the step begins anew.
+    """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
@@ -85,6 +89,9 @@ def sort_contacts(address, workspace_address, world, count):
     following = table(workspace.order, workspace.order_size, np.int64)
     count = predict_contacts(bodies, starts_of(header, workspace), flown, span, contacts, count)
     if workspace.part == WHOLE:
+        count = touch_sleepers(header, world, contacts, count)
+        if count < 0:
+            return -1
         num_old = world_entry(header.num_contacts, world)[0]
         match_contacts(contacts_of(header, world), num_old, contacts, count, span, chains, following)
     else:
@@ -288,5 +295,5 @@ def commit(address, workspace_address, world, count):
         for sample in range(heights.shape[0]):
             heights[sample] += header.time_step * rates[sample]
     report = report_of(header, world)
-    report.contacts = max(report.contacts, count)
+    report.contacts = max(report.contacts, count + world_entry(header.num_asleep_contacts, world)[0])
     return 0

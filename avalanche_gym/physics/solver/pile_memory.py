@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-# Islands of fewer bodies are always solved exactly.
-LEAST_BODIES = 12
-# What the workspace notes of an island that the pile tier has stepped, in place of whether its impacts are located.
-CROWD = 2
-
 PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are in the frame (normal, t1, t2)
     [
         ("a", np.int64),  # node of body a
