@@ -42,7 +42,7 @@ STILL_STEPS = 60
 # adds to its velocity. Asleep, it no longer moves by that: the error that sleeping makes.
 STILL, BALANCED = 1e-8, 1e-6
 # The same for islands that the pile tier carries, whose bodies tremble as much as its sweeps leave undone.
-CROWD_STILL, CROWD_BALANCED = 1e-3, 3e-2
+CROWD_STILL, CROWD_BALANCED = 4e-3, 0.1
 
 
 @kernel

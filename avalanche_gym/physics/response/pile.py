@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import SLACK, bears_load
+from ..contacts.prediction import SLACK, TOUCH, bears_load
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
@@ -115,11 +115,11 @@ def prepare_contacts(bodies, starts, flown, time_step, substeps, contacts, order
         moved = vec3.add_scaled(moved, time_step, vec3.load(contact.surface_velocity))
         gap = contact.start_gap
         swing = contact.free_gap - gap - vec3.dot(normal, moved)
-        row.lasting = contact.persistent
+        row.lasting = 1 if contact.persistent == 1 or abs(gap) <= TOUCH * contact.size else 0
         row.gap = gap
         row.bias = 0.0
         row.open = 0.0
-        if contact.persistent == 0:
+        if row.lasting == 0:
             row.gap = gap + swing if gap > 0.0 else gap
             row.open = row.gap
         elif gap > SETTLED * contact.size:
