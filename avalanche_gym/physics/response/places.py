@@ -110,6 +110,10 @@ def predict_places(
             _predict_support(starts[b], flown[b], predicted[b], working[b])
         contact.warm = 1 if bears_load(contact) else 0
         turn_contact(contact, starts[a], predicted[a], starts[b], predicted[b], time_step)
+        if contact.persistent == 0 and contact.restitution > 0.0 and contact.end_gap < 0.0:
+            # What bounces and only just touches at the end of the step does so in the next one.
+            if contact.end_gap >= -OVERLAP * contact.size:
+                contact.end_gap = OVERLAP * contact.size
 
 
 @kernel
