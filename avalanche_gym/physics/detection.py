@@ -11,6 +11,7 @@ from .broad_phase.bounds import swept_box
 from .broad_phase.candidates import meeting_pairs, update_candidates
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK
+from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import fly
 from .jit import call_stage, kernel, stage
 from .maths import vec3
@@ -21,6 +22,7 @@ from .memory import (
     grid_of,
     grid_tables_of,
     header_at,
+    rest_of,
     starts_of,
     states_of,
     table,
@@ -42,12 +44,17 @@ def fly_bodies(address, workspace_address, world):
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
+    rest = rest_of(header, world)
     fields = fields_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     for index in range(header.num_bodies):
-        fly(states[index], bodies[index], fields, header.time_step, flown[index])
-        ends[index] = flown[index]
+        if rest[index].asleep == 0:
+            fly(states[index], bodies[index], fields, header.time_step, flown[index])
+            ends[index] = flown[index]
+        else:
+            flown[index] = states[index]
+            ends[index] = states[index]
     return 0
 
 
@@ -98,7 +105,8 @@ def find_pairs(address, workspace_address, world):
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     boxes = _sweep_boxes(header, workspace, world)
-    return all_pairs(bodies_of(header, world), boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    return drop_sleeping_pairs(header, world, pairs, all_pairs(bodies_of(header, world), boxes, pairs))
 
 
 @stage
@@ -120,7 +128,7 @@ def find_pairs_in_grid(address, workspace_address, world):
     if grid.valid == 0:
         # There is no room for them: the caller learns how many there are.
         return max(count, workspace.pairs_size)
-    return meeting_pairs(candidates, count, boxes, pairs)
+    return drop_sleeping_pairs(header, world, pairs, meeting_pairs(candidates, count, boxes, pairs))
 
 
 @stage

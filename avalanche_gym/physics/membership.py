@@ -57,6 +57,8 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
         arrays[name][0, handle] = storage.initial[name][0, handle] = getattr(body, name)
     arrays["states"][0, handle] = np.zeros((), arrays["states"].dtype)
     arrays["impulses"][0, handle] = 0.0
+    arrays["rest"][0, handle] = np.zeros((), arrays["rest"].dtype)
+    arrays["rest"]["barred"][0, handle] = not body.allow_sleep
     for place, address in functions.items():
         arrays["pair_functions"][place] = address
     storage.link_tables(("colliders", "pair_rules"))

@@ -29,8 +29,10 @@ from .model import (
     NODE_ROW,
     PAIR_RULE,
     REPORT,
+    REST,
     VERTEX_ROW,
 )
+from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.workspace import NODE, ROW
 
 # Tables by name. Those of WORLD_TABLES have one block for each world.
@@ -56,6 +58,9 @@ WORLD_TABLES = {
     "states": BODY_STATE,  # (worlds, bodies)
     "contacts": CONTACT,  # (worlds, capacity)
     "num_contacts": np.dtype(np.int64),  # (worlds,)
+    "rest": REST,  # (worlds, bodies)
+    "asleep_contacts": CONTACT,  # (worlds, capacity, 0 if nothing may sleep)
+    "num_asleep_contacts": np.dtype(np.int64),  # (worlds,)
     "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
     "orientation": np.dtype(np.float64),  # (worlds, bodies, 4)
     "linear_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [m/s]
@@ -74,7 +79,7 @@ WORLD_TABLES = {
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
-    *("step_groups", "find_impact_time", "strike", "commit"),
+    *("step_groups", "find_impact_time", "strike", "step_pile", "settle", "commit"),
     *("hide_seams", "hide_on_the_way", "cross_seams"),  # 0: no two colliders of this scene are ground together
 )
 
@@ -88,6 +93,8 @@ HEADER = np.dtype(
         ("contact_capacity", np.int64),  # a world
         ("num_slots", np.int64),  # cells of the grid, a world: a power of two
         ("candidate_capacity", np.int64),  # a world
+        ("asleep_capacity", np.int64),
+        ("sleeping", np.int64),  # 0: nothing may sleep
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
         ("restitution", np.int64),  # 0: nothing in this scene bounces
@@ -95,6 +102,7 @@ HEADER = np.dtype(
         ("time_step", np.float64),  # [s]
         ("tolerance", np.float64),
         ("max_iterations", np.int64),
+        ("substeps", np.int64),
         ("events", np.int64),
         *((name, np.int64) for name in STAGES),
         *((name, np.int64) for name in (*MODEL_TABLES, *WORLD_TABLES)),
@@ -136,6 +144,8 @@ WORKSPACE_TABLES = {
     "solver_nodes": NODE,
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
     "solver_index": np.dtype(np.int64),
+    "pile_rows": PILE_ROW,  # (contact capacity,)
+    "pile_nodes": PILE_NODE,  # (bodies + 1,)
 }
 
 WORKSPACE = np.dtype(
@@ -165,6 +175,7 @@ _STATE_BYTES = BODY_STATE.itemsize
 _CONTACT_BYTES = CONTACT.itemsize
 _PROXY_BYTES = PROXY.itemsize
 _CELL_BYTES = CELL.itemsize
+_REST_BYTES = REST.itemsize
 
 
 @intrinsic
@@ -240,6 +251,19 @@ def grid_tables_of(header, world):
             _pointer(header.candidates + 8 * world * header.candidate_capacity), header.candidate_capacity, np.int64
         ),
     )
+
+
+@kernel
+def asleep_contacts_of(header, world):
+    """(capacity,) rows of CONTACT of one world: those of islands that sleep."""
+    offset = world * header.asleep_capacity * _CONTACT_BYTES
+    return carray(_pointer(header.asleep_contacts + offset), header.asleep_capacity, CONTACT)
+
+
+@kernel
+def rest_of(header, world):
+    """(bodies,) rows of REST of one world."""
+    return carray(_pointer(header.rest + world * header.num_bodies * _REST_BYTES), header.num_bodies, REST)
 
 
 @kernel

@@ -8,6 +8,8 @@ them on another piece of ground.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import vec3
 from ..model import PLACE_BITS, SLIDING
@@ -79,14 +81,35 @@ def _inherit(old, new, stage, span):
 
 
 @kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
+def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
+    """Match the contacts of one pair of bodies; ``oldest`` leads the chain that holds the old ones."""
+    for stage in range(3):
+        for index in range(first, last):
+            new = contacts[index]
+            if new.island == 1:
+                continue
+            best = -1.0
+            chosen = np.int64(-1)
+            candidate = oldest
+            while candidate >= 0:
+                likeness = _likeness(old_contacts[candidate], new, stage)
+                if likeness > best:
+                    best = likeness
+                    chosen = candidate
+                    if stage == EXACT:
+                        break
+                candidate = following[candidate]
+            if chosen >= 0:
+                _inherit(old_contacts[chosen], new, stage, span)
+
+
+@kernel
+def match_contacts(old_contacts, num_old, contacts, num_contacts, span, chains, following):
     """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
-    Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
-    return ``contacts.persistent`` says which bore load.
+    New contacts of a pair of bodies lie together. The old ones are found through chains: ``chains`` (any number) and
+    ``following`` (old contacts,) are scratch. On return ``contacts.persistent`` says which bore load.
     """
-    for index in range(num_old):
-        old_contacts[index].island = 0
     for index in range(num_contacts):
         contacts[index].island = 0
         contacts[index].persistent = 0
@@ -97,24 +120,23 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
         contacts[index].span = span
     if num_old == 0:
         return
-    for stage in range(3):
-        start = 0
-        for index in range(num_contacts):
-            new = contacts[index]
-            if new.island == 1:
-                continue
-            best = -1.0
-            chosen = -1
-            for step in range(num_old):
-                candidate = start + step
-                if candidate >= num_old:
-                    candidate -= num_old
-                likeness = _likeness(old_contacts[candidate], new, stage)
-                if likeness > best:
-                    best = likeness
-                    chosen = candidate
-                    if stage == EXACT:
-                        break
-            if chosen >= 0:
-                _inherit(old_contacts[chosen], new, stage, span)
-                start = chosen
+    num_chains = chains.shape[0]
+    for chain in range(num_chains):
+        chains[chain] = -1
+    # From the last to the first: each chain then leads from old to new as the list does.
+    for index in range(num_old - 1, -1, -1):
+        old_contacts[index].island = 0
+        chain = (old_contacts[index].body_a + old_contacts[index].body_b) % num_chains
+        following[index] = chains[chain]
+        chains[chain] = index
+    first = np.int64(0)
+    while first < num_contacts:
+        a = contacts[first].body_a
+        b = contacts[first].body_b
+        last = first + 1
+        while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
+            last += 1
+        oldest = chains[(a + b) % num_chains]
+        if oldest >= 0:
+            _match_pair(old_contacts, oldest, following, contacts, first, last, span)
+        first = last
