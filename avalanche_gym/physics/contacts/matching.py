@@ -23,7 +23,7 @@ EXACT, SAME_POINT, PLACE = 0, 1, 2
 
 @kernel
 def _likeness(old, new, stage):
-    """Cosine between the normals if the old contact may be the new one, else -1. Only one that bore load may be."""
+    """Cosine between the normals if the old contact may be the new one, else -1."""
     if old.body_a != new.body_a or old.body_b != new.body_b or old.island < 0:
         return -1.0
     if stage < PLACE and old.pair != new.pair:
@@ -36,8 +36,6 @@ def _likeness(old, new, stage):
         apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
         if apart > REACH * new.size:
             return -1.0
-    if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) <= 0.0:
-        return -1.0
     alike = vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
     return alike if stage == EXACT or alike >= ALIKE else -1.0
 
@@ -67,8 +65,14 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
     Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
     return ``contacts.persistent`` says which bore load.
     """
+    # Only what bore load has something to hand over; what has not is as good as claimed.
+    left = 0
     for index in range(num_old):
-        old_contacts[index].island = 0
+        old = old_contacts[index]
+        old.island = -1
+        if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) > 0.0:
+            old.island = 0
+            left += 1
     for index in range(num_contacts):
         contacts[index].island = 0
         contacts[index].persistent = 0
@@ -77,11 +81,11 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
         contacts[index].span = span
-    if num_old == 0:
-        return
     for stage in range(3):
         start = 0
         for index in range(num_contacts):
+            if left == 0:
+                return
             new = contacts[index]
             if new.island == 1:
                 continue
@@ -99,4 +103,5 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
                         break
             if chosen >= 0:
                 _inherit(old_contacts[chosen], new, stage, span)
+                left -= 1
                 start = chosen
