@@ -103,7 +103,7 @@ WORKSPACE_TABLES = {
     "group": np.dtype(np.int64),  # (bodies,) island of each body in the whole step, -1 for none
     "waits": np.dtype(np.int64),  # (bodies,) of each of those islands: 1 if its impacts are to be located
     "members": np.dtype(np.int64),  # (bodies,) of the group that is stepped
-    "lasting": np.dtype(np.int64),  # (bodies,) 1: the body has a contact that lasts
+    "bound": np.dtype(np.int64),  # (bodies,) 1: contacts keep the body from flying freely
     "reached": np.dtype(np.float64),  # (bodies * 6,) [m] bounds of all parts of the step
     "recent": CONTACT,  # (contact capacity,) of the part of the step before
     "kept": CONTACT,  # (contact capacity,) of what has been stepped to the end

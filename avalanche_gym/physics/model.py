@@ -36,9 +36,12 @@ ON_A, ON_B, BETWEEN = 0, 1, 2
 SLIDING = 1 << 60
 PLACE_BITS = 26
 
-# Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, under the contacts that last
-# alone; what is left of it after the last one.
+# Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, without the contacts to be
+# located; what is left of it after the last one.
 WHOLE, TO_IMPACT, LAST = 0, 1, 2
+
+# Why the instant of an impact changes the outcome: it stops a body that touches no other; what follows may be anywhere.
+DULL, LIVELY = 1, 2
 
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
@@ -255,7 +258,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
         ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by
         ("persistent", np.int64),  # 1: it touches and does not approach
-        ("located", np.int64),  # 1: the instant of its impact changes the outcome
+        ("located", np.int64),  # DULL or LIVELY: the instant of its impact changes the outcome; else 0
         ("island", np.int64),
     ],
     align=True,

@@ -178,7 +178,7 @@ class Storage:
             "group": num_bodies,
             "waits": num_bodies,
             "members": num_bodies,
-            "lasting": num_bodies,
+            "bound": num_bodies,
             "reached": 6 * num_bodies,
             "recent": contacts,
             "kept": contacts,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..contacts.islands import find_islands
-from ..contacts.located import lasting_first, mark_located
+from ..contacts.located import located_last, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
 from ..frames import publish_body
@@ -137,10 +137,10 @@ def _step_island(address, workspace_address, world, island):
         alone = last_body - first_body == 1
         located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
         if workspace.part == TO_IMPACT:
-            last = lasting_first(contacts, order, first, last)
-            struck = False
-        table(workspace.waits, workspace.waits_size, np.int64)[island] = 1 if located else 0
-        if located:
+            last = located_last(contacts, order, first, last)
+            struck = sort_out(time_step, contacts, order, first, last, header.time_step)
+        table(workspace.waits, workspace.waits_size, np.int64)[island] = located
+        if located > 0:
             workspace.waiting += 1
             if workspace.part == WHOLE:
                 return True
@@ -208,7 +208,8 @@ def _step_island(address, workspace_address, world, island):
         worst = measure_end(places, ends, contacts, order, first, last)
     if not struck:
         add_creep(starts, ends, contacts, order, first, last)
-    report.penetration = max(report.penetration, worst)
+    if workspace.part != TO_IMPACT:
+        report.penetration = max(report.penetration, worst)
     return True
 
 
