@@ -187,7 +187,7 @@ def cell_range(heights, columns, corner):
 
 @kernel
 def _meets_core(half, reach, x, y):
-    """Whether the segment from x to x + y, in the frame of the shape's core, comes near its box along all three axes."""
+    """Whether the segment from x to x + y, in the frame of the core of the shape, comes near its box on all axes."""
     return (
         abs(x[0] + 0.5 * y[0]) <= half[0] + reach + 0.5 * abs(y[0])
         and abs(x[1] + 0.5 * y[1]) <= half[1] + reach + 0.5 * abs(y[1])
