@@ -359,7 +359,10 @@ class World:
             arrays[name][mask] = self._storage.initial[name][mask]
         arrays["impulses"][mask] = 0.0
         arrays["num_contacts"][mask] = 0
-        self._wake(mask, index)
+        arrays["num_asleep_contacts"][mask] = 0
+        for name in arrays["rest"].dtype.names or ():
+            if name != "barred":
+                arrays["rest"][name][mask] = 0
         parameters.reset_heights(self._storage, mask, self._storage.initial["heights"])
 
     def snapshot(self) -> Snapshot:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
-from ..model import PLACE_BITS, SLIDING
+from ..model import DYNAMIC, PLACE_BITS, SLIDING
 
 # Contacts of the same pair within this fraction of the smaller body, normals within a third of a right angle, are taken
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.
@@ -41,7 +41,7 @@ def _orientation(old, new):
 
 @kernel
 def _likeness(old, new, stage):
-    """Cosine between the normals if the old contact may be the new one, else -1. Only one that bore load may be."""
+    """Cosine between the normals if the old contact may be the new one, else -1."""
     if old.island < 0:
         return -1.0
     if stage < PLACE and old.pair != new.pair:
@@ -57,8 +57,6 @@ def _likeness(old, new, stage):
         apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
         if apart > REACH * new.size:
             return -1.0
-    if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) <= 0.0:
-        return -1.0
     alike = orientation * vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
     return alike if stage == EXACT or alike >= ALIKE else -1.0
 
@@ -78,6 +76,16 @@ def _inherit(old, new, stage, span):
     new.persistent = 1 if vec3.dot(impulse, vec3.load(new.normal)) > 0.0 else 0
     new.island = 1
     old.island = -1
+
+
+@kernel
+def _key(bodies, contact):
+    """Number of the chain of a contact: that of its two bodies, or of the one that lies on whatever ground."""
+    a = contact.body_a
+    b = contact.body_b
+    if bodies[a].motion != DYNAMIC:
+        return b
+    return a + b if bodies[b].motion == DYNAMIC else a
 
 
 @kernel
@@ -104,7 +112,7 @@ def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
 
 
 @kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts, span, chains, following):
+def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, chains, following):
     """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
     New contacts of a pair of bodies lie together. The old ones are found through chains: ``chains`` (any number) and
@@ -118,17 +126,21 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span, chains, 
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
         contacts[index].span = span
-    if num_old == 0:
-        return
     num_chains = chains.shape[0]
     for chain in range(num_chains):
         chains[chain] = -1
-    # From the last to the first: each chain then leads from old to new as the list does.
+    # Only what bore load has something to hand over. From the last to the first: each chain then leads on as the list.
+    loaded = False
     for index in range(num_old - 1, -1, -1):
-        old_contacts[index].island = 0
-        chain = (old_contacts[index].body_a + old_contacts[index].body_b) % num_chains
-        following[index] = chains[chain]
-        chains[chain] = index
+        old = old_contacts[index]
+        if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) > 0.0:
+            old.island = 0
+            chain = _key(bodies, old) % num_chains
+            following[index] = chains[chain]
+            chains[chain] = index
+            loaded = True
+    if not loaded:
+        return
     first = np.int64(0)
     while first < num_contacts:
         a = contacts[first].body_a
@@ -136,7 +148,7 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span, chains, 
         last = first + 1
         while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
             last += 1
-        oldest = chains[(a + b) % num_chains]
+        oldest = chains[_key(bodies, contacts[first]) % num_chains]
         if oldest >= 0:
             _match_pair(old_contacts, oldest, following, contacts, first, last, span)
         first = last
