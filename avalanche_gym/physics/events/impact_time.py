@@ -173,8 +173,8 @@ def _search(address, workspace_address, world, contacts, first, count):
         speed = vec3.norm(relative) + turning + vec3.norm(gain)
         query.margin = speed * left + TOUCHING * size
         number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
-        if header.hide_on_the_way != 0:
-            number = call_stage(header.hide_on_the_way, address, workspace_address, world, number)
+        if header.cross_seams != 0:
+            number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
         step = math.inf
         deepest = math.inf
         for index in range(number):
