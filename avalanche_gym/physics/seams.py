@@ -36,7 +36,6 @@ from .model import (
 )
 from .narrow_phase.collide import collide_pair, place
 from .narrow_phase.terrain_candidates import FACE_PLACE, PLACE_NUMBERS
-from .probes.ask import NEAREST_STAGES
 from .probes.probe import HIT, probe_at
 
 # Surfaces of two colliders this close together, in units of the body's size, are one. Larger: steps of that height
@@ -190,7 +189,7 @@ def _is_flat(address, workspace_address, world, states, body, foot, d, s, flush)
 
 @kernel
 def _is_hidden(address, workspace_address, world, states, body, contact):
-    """Whether a contact of a body with ground, which is where ``states`` say, is inside of the ground, or flat in it."""
+    """Whether a contact of a body with ground, placed by ``states``, is inside of the ground, or flat in it."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
@@ -207,7 +206,9 @@ def _is_hidden(address, workspace_address, world, states, body, contact):
     while link >= 0:
         other = _other(pairs, link, body)
         if _holds(boxes[other], foot, flush):
-            for index in range(bodies[other].first_collider, bodies[other].first_collider + bodies[other].num_colliders):
+            for index in range(
+                bodies[other].first_collider, bodies[other].first_collider + bodies[other].num_colliders
+            ):
                 collider = colliders[index]
                 state = states[other]
                 if index == own:
@@ -216,7 +217,17 @@ def _is_hidden(address, workspace_address, world, states, body, contact):
                 if found:
                     shared = True
                     if _is_covered(
-                        header, workspace.probe, colliders[own], own_state, collider, state, foot, distance, nearest, d, s
+                        header,
+                        workspace.probe,
+                        colliders[own],
+                        own_state,
+                        collider,
+                        state,
+                        foot,
+                        distance,
+                        nearest,
+                        d,
+                        s,
                     ):
                         return True
         link = links[link]

@@ -110,7 +110,6 @@ def find_impact_time(address, workspace_address, world, count):
     ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``lasting`` tells how a body
     moves. Returns 1 if there is an impact before the end.
     """
-    header = header_at(address)
     workspace = workspace_at(workspace_address)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     workspace.impact_time = workspace.span
