@@ -8,12 +8,26 @@ import numpy as np
 
 from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
+from .broad_phase.candidates import meeting_pairs, update_candidates
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK
+from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import fly
 from .jit import call_stage, kernel, stage
 from .maths import vec3
-from .memory import bodies_of, colliders_of, fields_of, header_at, starts_of, states_of, table, workspace_at
+from .memory import (
+    bodies_of,
+    colliders_of,
+    fields_of,
+    grid_of,
+    grid_tables_of,
+    header_at,
+    rest_of,
+    starts_of,
+    states_of,
+    table,
+    workspace_at,
+)
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
@@ -30,12 +44,17 @@ def fly_bodies(address, workspace_address, world):
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
+    rest = rest_of(header, world)
     fields = fields_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     for index in range(header.num_bodies):
-        fly(states[index], bodies[index], fields, header.time_step, flown[index])
-        ends[index] = flown[index]
+        if rest[index].asleep == 0:
+            fly(states[index], bodies[index], fields, header.time_step, flown[index])
+            ends[index] = flown[index]
+        else:
+            flown[index] = states[index]
+            ends[index] = states[index]
     return 0
 
 
@@ -64,11 +83,9 @@ def _turn(body, start, end, time_step):
     return spin * time_step
 
 
-@stage
-def find_pairs(address, workspace_address, world):
-    """Fill ``boxes`` and ``pairs`` of the workspace; return the number of pairs."""
-    header = header_at(address)
-    workspace = workspace_at(workspace_address)
+@kernel
+def _sweep_boxes(header, workspace, world):
+    """Fill ``boxes`` of the workspace with the bounds of every body over the step."""
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     colliders = colliders_of(header)
@@ -79,7 +96,39 @@ def find_pairs(address, workspace_address, world):
         turned = _turn(body, states[index], flown[index], header.time_step)
         slack = SLACK * body.size if body.motion == DYNAMIC else 0.0
         swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
-    return all_pairs(bodies, boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+    return boxes
+
+
+@stage
+def find_pairs(address, workspace_address, world):
+    """Fill ``boxes`` and ``pairs`` of the workspace; return the number of pairs. For few bodies: each with each."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    boxes = _sweep_boxes(header, workspace, world)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    return drop_sleeping_pairs(header, world, pairs, all_pairs(bodies_of(header, world), boxes, pairs))
+
+
+@stage
+def find_pairs_in_grid(address, workspace_address, world):
+    """The same pairs in the same order, for many bodies: from the grid of this world."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    boxes = _sweep_boxes(header, workspace, world)
+    grid = grid_of(header, world)
+    proxies, cells, candidates = grid_tables_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    moved = table(workspace.body_starts, workspace.body_starts_size, np.int64)
+    found = table(workspace.found, workspace.found_size, np.int64)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    count = update_candidates(
+        grid, bodies_of(header, world), states_of(header, world), flown, boxes, proxies, cells, candidates, moved,
+        found, pairs,
+    )  # fmt: skip
+    if grid.valid == 0:
+        # There is no room for them: the caller learns how many there are.
+        return max(count, workspace.pairs_size)
+    return drop_sleeping_pairs(header, world, pairs, meeting_pairs(candidates, count, boxes, pairs))
 
 
 @stage
@@ -108,7 +157,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + _approach(span, bodies, states, flown, a, b) + rise
+        query.motion = _approach(span, bodies, states, flown, a, b) + rise
+        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
         count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):
@@ -164,6 +214,7 @@ def follow_contacts(address, workspace_address, world, first, last):
             moved = _motion(states[a], predicted[a], states[b], predicted[b], contact)
             if moved > STILL * contact.size:
                 query.margin = SLACK * contact.size
+                query.motion = moved
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))

@@ -43,6 +43,7 @@ def describe_features(scene: Scene, storage: Storage) -> Features:
         "point gravity": bool((kinds == POINT_GRAVITY).any()),
         "kinematic bodies": bool((motion == KINEMATIC).any()),
         "collisions": collisions,
+        "hash grid": storage.grid,
         "friction": collisions and bool(bodies["friction"].any() or np.nan_to_num(rules["friction"]).any()),
         "restitution": collisions and bool(header["restitution"]),
         "rolling friction": collisions and bool(bodies["rolling_friction"].any()),

@@ -1,7 +1,7 @@
 """A step in parts: islands whose impacts have to be located go from one impact to the next, on a clock of their own.
 
     part:    fly, find and sort the contacts of the group for what is left of the step
-             step it under its lasting contacts alone, and ask when the first impact comes on that way
+             step it without the contacts to be located, and ask when the first of their impacts comes on that way
              none: step it to the end with all contacts, done
              else: step it up to there, let the impact happen (response/blow.py), go on with the next part
 
@@ -30,6 +30,7 @@ from .memory import (
     fields_of,
     header_at,
     report_of,
+    rest_of,
     states_of,
     table,
     workspace_at,
@@ -39,9 +40,12 @@ from .model import (
     BODY_STATE,
     CONTACT,
     CONTACTS_FULL,
+    CROWD,
     DYNAMIC,
     KINEMATIC,
     LAST,
+    LEAST_BODIES,
+    LIVELY,
     OK,
     PAIRS_FULL,
     REMOVED,
@@ -50,11 +54,21 @@ from .model import (
 )
 
 # Parts of a step at most: so many for a group of few bodies, and fewer for a large one, whose parts cost more.
-MOST_PARTS = 256
-MOST_BODY_PARTS = 8192
-FEWEST_PARTS = 32
+MOST_PARTS = 1024
+MOST_BODY_PARTS = 1 << 17
+FEWEST_PARTS = 64
+# Labels of groups: the number of the island, plus DULL or LIVELY times the number of bodies while it waits, and DONE
+# times in the end.
+DONE = 3
+# An impact without rebound counts as so many parts: what comes to rest rocks from corner to corner without end, and
+# loses little if it is not followed.
+NO_REBOUND = 128
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
+
+# The group of what the pile tier has stepped, and of what is asleep: it is not stopped for those who come near it, and
+# what they meet is found in the next step.
+APART = -2
 
 # What a group says in place of a status: it met a body of another island.
 MET = -1
@@ -90,33 +104,31 @@ def step_groups(address, workspace_address, world):
     states = states_of(header, world)
     begins = _bodies_table(header, workspace.begins)
     group = _numbers(header, workspace.group)
+    rest = rest_of(header, world)
     waits = table(workspace.waits, workspace.waits_size, np.int64)
     island = _numbers(header, workspace.island)
     waiting = workspace.waiting
-    num_islands = workspace.num_islands
     for index in range(header.num_bodies):
         group[index] = island[index]
         if bodies[index].motion != DYNAMIC:
             copy_state(states[index], begins[index])
     _keep_finished(workspace, waits)
-    # Parts count their islands in the same tables; what waits is noted in the bodies' group from here on.
-    for index in range(header.num_bodies):
-        if group[index] >= 0 and waits[group[index]] == 1:
-            group[index] += header.num_bodies
-    status = OK
-    for number in range(num_islands):
-        label = number + header.num_bodies
-        while status == OK:
-            if _gather(header, workspace, label) == 0:
-                break
-            status = _step_group(address, workspace_address, world, label)
-            if status == MET:
-                status = OK
-            elif status == OK:
-                break
+    # Parts count their islands in the same tables; from here on the label of a group says that it waits, or is done.
+    num_bodies = header.num_bodies
+    for index in range(num_bodies):
+        if rest[index].asleep != 0 or (group[index] >= 0 and waits[group[index]] == CROWD):
+            group[index] = APART
+        elif group[index] >= 0:
+            group[index] += waits[group[index]] * num_bodies
+    for index in range(num_bodies):
+        while num_bodies <= group[index] < DONE * num_bodies:
+            status = _step_group(address, workspace_address, world, group[index])
+            if status != OK and status != MET:
+                workspace.starts = address_of_states(header, world)
+                return status
     workspace.starts = address_of_states(header, world)
     workspace.waiting = waiting
-    return status
+    return OK
 
 
 @kernel
@@ -128,7 +140,7 @@ def _keep_finished(workspace, waits):
     count = 0
     for index in range(starts[workspace.num_islands]):
         contact = contacts[index]
-        if waits[contact.island] == 0:
+        if waits[contact.island] == 0 or waits[contact.island] == CROWD:
             kept[count] = contact
             count += 1
     workspace.num_kept = count
@@ -155,6 +167,7 @@ def _step_group(address, workspace_address, world, label):
     states = states_of(header, world)
     begins = _bodies_table(header, workspace.begins)
     ends = _bodies_table(header, workspace.ends)
+    group = _numbers(header, workspace.group)
     members = _numbers(header, workspace.members)
     boxes = table(workspace.boxes, workspace.boxes_size, np.float64)
     reached = table(workspace.reached, workspace.reached_size, np.float64)
@@ -169,17 +182,23 @@ def _step_group(address, workspace_address, world, label):
             reached[6 * body + axis] = math.inf
             reached[6 * body + 3 + axis] = -math.inf
     old = contacts_of(header, world)
-    workspace.num_recent = world_entry(header.num_contacts, world)[0]
-    for number in range(workspace.num_recent):
-        recent[number] = old[number]
-        vec3.store(recent[number].blow, vec3.ZERO)
+    workspace.num_recent = 0
+    for number in range(world_entry(header.num_contacts, world)[0]):
+        contact = old[number]
+        if group[contact.body_a] == label or group[contact.body_b] == label:
+            recent[workspace.num_recent] = contact
+            vec3.store(recent[workspace.num_recent].blow, vec3.ZERO)
+            workspace.num_recent += 1
     workspace.starts = workspace.begins
     workspace.elapsed = 0.0
     events = 0
+    spent = 0
     most = min(MOST_PARTS, max(FEWEST_PARTS, MOST_BODY_PARTS // count))
+    # A group for the pile tier is not stopped at every touch.
+    crowd = header.step_pile != 0 and count >= LEAST_BODIES
     while True:
         left = header.time_step - workspace.elapsed
-        workspace.part = TO_IMPACT if events < most else LAST
+        workspace.part = TO_IMPACT if spent < most and not crowd else LAST
         workspace.span = left
         status, num_contacts = _find(address, workspace_address, world, label, count)
         if status != OK:
@@ -188,13 +207,13 @@ def _step_group(address, workspace_address, world, label):
             return SOLVER_FULL
         if workspace.part == LAST:
             break
-        lasting = _note_lasting(header, workspace, num_contacts, count)
+        bound = _note_bound(header, workspace, num_contacts, count)
         strikes = False
         if workspace.waiting > 0:
             strikes = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts) == 1
         if not strikes:
             workspace.part = LAST
-            if lasting:
+            if bound:
                 status, num_contacts = _find(address, workspace_address, world, label, count)
                 if status != OK:
                     return status
@@ -204,7 +223,7 @@ def _step_group(address, workspace_address, world, label):
         instant = workspace.impact_time
         if instant > 0.0:
             workspace.span = instant
-            if lasting:
+            if bound:
                 status, num_contacts = _find(address, workspace_address, world, label, count)
                 if status != OK:
                     return status
@@ -222,16 +241,18 @@ def _step_group(address, workspace_address, world, label):
         status, num_contacts = _find(address, workspace_address, world, label, count)
         if status != OK:
             return status
-        if call_stage(header.strike, address, workspace_address, world) == 0:
+        outcome = call_stage(header.strike, address, workspace_address, world)
+        if outcome == 0:
             return SOLVER_FULL
         _remember(workspace, contacts, num_contacts, False)
         events += 1
+        spent += 1 if outcome == 2 else NO_REBOUND
         if header.time_step - workspace.elapsed <= INSTANT * header.time_step:
             for number in range(count):
                 copy_state(begins[members[number]], ends[members[number]])
             break
     report.events += events
-    if events >= most:
+    if spent >= most:
         report.event_limit += 1
     kept = table(workspace.kept, workspace.kept_size, CONTACT)
     if workspace.num_kept + num_contacts > kept.shape[0]:
@@ -239,10 +260,11 @@ def _step_group(address, workspace_address, world, label):
         return CONTACTS_FULL
     for number in range(num_contacts):
         kept[workspace.num_kept] = contacts[number]
-        kept[workspace.num_kept].island = label
+        kept[workspace.num_kept].island = label + DONE * header.num_bodies
         workspace.num_kept += 1
     for number in range(count):
         body = members[number]
+        group[body] = label + DONE * header.num_bodies
         for axis in range(6):
             boxes[6 * body + axis] = reached[6 * body + axis]
     return OK
@@ -321,6 +343,8 @@ def _pairs(header, workspace, world, label, count):
         for axis in range(3):
             reached[6 * body + axis] = min(reached[6 * body + axis], box[axis])
             reached[6 * body + 3 + axis] = max(reached[6 * body + 3 + axis], box[3 + axis])
+    # A body that is only stopped goes less far than it would have flown, which met nobody.
+    dull = label < LIVELY * header.num_bodies
     num_pairs = 0
     for number in range(count):
         one = members[number]
@@ -329,6 +353,10 @@ def _pairs(header, workspace, world, label, count):
         for other in range(header.num_bodies):
             mine = group[other] == label
             if bodies[other].num_colliders == 0 or bodies[other].motion == REMOVED or (mine and other <= one):
+                continue
+            if group[other] == APART:
+                continue
+            if dull and not mine and bodies[other].motion == DYNAMIC:
                 continue
             if overlap(boxes, one, other):
                 if bodies[other].motion == DYNAMIC and not mine:
@@ -396,31 +424,36 @@ def _absorb(header, workspace, label, body):
 
 
 @kernel
-def _note_lasting(header, workspace, num_contacts, count):
-    """Note which bodies of the group have a contact that lasts; return whether any has."""
+def _note_bound(header, workspace, num_contacts, count):
+    """Note which bodies of the group are not in free flight; return whether there is any contact but the located."""
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
-    lasting = _numbers(header, workspace.lasting)
+    bound = _numbers(header, workspace.bound)
     members = _numbers(header, workspace.members)
     for number in range(count):
-        lasting[members[number]] = 0
+        bound[members[number]] = 0
+    # What the group rests on is no member of it.
+    for index in range(num_contacts):
+        bound[contacts[index].body_a] = 0
+        bound[contacts[index].body_b] = 0
     found = False
     for index in range(num_contacts):
         contact = contacts[index]
-        if contact.persistent == 1:
-            lasting[contact.body_a] = 1
-            lasting[contact.body_b] = 1
+        if contact.located == 0:
             found = True
+            if vec3.norm_squared(vec3.load(contact.impulse)) > 0.0:
+                bound[contact.body_a] = 1
+                bound[contact.body_b] = 1
     return found
 
 
 @kernel
-def _remember(workspace, contacts, num_contacts, lasting):
-    """Keep the contacts of a part for the next one; impulses of ``lasting`` ones count as given."""
+def _remember(workspace, contacts, num_contacts, acted):
+    """Keep the contacts of a part for the next one; if their impulses have ``acted`` they count as given."""
     recent = table(workspace.recent, workspace.recent_size, CONTACT)
     for index in range(num_contacts):
         recent[index] = contacts[index]
-        if lasting:
-            if contacts[index].persistent == 1:
+        if acted:
+            if contacts[index].located == 0:
                 total = vec3.add(vec3.load(contacts[index].blow), vec3.load(contacts[index].impulse))
                 vec3.store(recent[index].blow, total)
             else:

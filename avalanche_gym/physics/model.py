@@ -36,12 +36,20 @@ ON_A, ON_B, BETWEEN = 0, 1, 2
 SLIDING = 1 << 60
 PLACE_BITS = 26
 
-# Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, under the contacts that last
-# alone; what is left of it after the last one.
+# Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, without the contacts to be
+# located; what is left of it after the last one.
 WHOLE, TO_IMPACT, LAST = 0, 1, 2
+
+# Why the instant of an impact changes the outcome: it stops a body that touches no other; what follows may be anywhere.
+DULL, LIVELY = 1, 2
 
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
+
+# Islands of fewer bodies are always solved exactly (response/pile_stage.py).
+LEAST_BODIES = 12
+# What the workspace notes of an island that the pile tier has stepped, in place of whether its impacts are located.
+CROWD = 4
 
 # --- Model: constant while the world steps
 # -----------------------------------------------------------------------------
@@ -211,6 +219,20 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
     align=True,
 )
 
+REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly move
+    [
+        ("asleep", np.int64),  # 0: awake; else one more than the lowest handle of the island it sleeps with
+        ("still", np.int64),  # steps in a row in which it has hardly moved
+        ("barred", np.int64),  # 1: the user lets it never sleep
+        # Of the first body of an island that is large:
+        ("tried", np.int64),  # 1: the exact tier has tried in the last step
+        ("pause", np.int64),  # [steps] after its next failure
+        ("wait", np.int64),  # [steps] until it tries again
+        ("residual", np.float64),  # what it reached
+    ],
+    align=True,
+)
+
 CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted by pair
     [
         ("pair", np.int64),  # collider_a * num_colliders + collider_b
@@ -255,7 +277,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
         ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by
         ("persistent", np.int64),  # 1: it touches and does not approach
-        ("located", np.int64),  # 1: the instant of its impact changes the outcome
+        ("located", np.int64),  # DULL or LIVELY: the instant of its impact changes the outcome; else 0
         ("island", np.int64),
     ],
     align=True,

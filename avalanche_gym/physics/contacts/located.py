@@ -11,13 +11,17 @@ All others close at the end of the step (response/impact.py): a pile is not stop
 from __future__ import annotations
 
 from ..jit import kernel
+from ..model import DULL, LIVELY
 from .prediction import OVERLAP, THICKNESS, swing
+
+# A body alone is stopped for impacts that would leave, taken at the end of the step, more than this share of its size.
+WORTH = 1e-4
 
 
 @kernel
 def mark_located(bodies, starts, flown, span, time_step, contacts, order, first, last, alone):
-    """Set ``located`` of the contacts of one island, order[first:last]; return whether any is."""
-    any_located = False
+    """Set ``located`` of the contacts of one island, order[first:last]; return the largest: 0, DULL or LIVELY."""
+    largest = 0
     for index in range(first, last):
         contact = contacts[order[index]]
         contact.located = 0
@@ -29,22 +33,23 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         strikes = contact.free_gap < -OVERLAP * contact.size
         if contact.start_gap <= OVERLAP * contact.size:
             strikes = strikes or -contact.approach * time_step > OVERLAP * contact.size
-        located = strikes and (contact.restitution > 0.0 or alone or contact.start_gap - contact.free_gap > thick)
-        if not located:
-            located = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span) > thick
-        if located:
-            contact.located = 1
-            any_located = True
-    return any_located
+        far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
+        lively = contact.restitution > 0.0 or contact.start_gap - contact.free_gap > thick
+        if far > thick or (strikes and lively):
+            contact.located = LIVELY
+        elif strikes and alone and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
+            contact.located = DULL
+        largest = max(largest, contact.located)
+    return largest
 
 
 @kernel
-def lasting_first(contacts, order, first, last):
-    """Sort the contacts of one island so that those that last lead, else in their order; return where they end."""
+def located_last(contacts, order, first, last):
+    """Sort the contacts of one island so that those to be located come last; return where they begin."""
     end = first
     for index in range(first, last):
         number = order[index]
-        if contacts[number].persistent == 1:
+        if contacts[number].located == 0:
             for place in range(index, end, -1):
                 order[place] = order[place - 1]
             order[end] = number

@@ -12,8 +12,8 @@ colliders; no feature can close before s + ds; repeat there. Two steps ds compet
 The first one is safe everywhere; where it is shorter than half the thickness of the thinner body the second may go as
 far as that. An overlap that such a step runs into is halved away between the last two instants.
 
-The way is the flight itself, or for a body under lasting contacts the parabola in time between both ends of its smooth
-step, which is what the trapezoid makes of it.
+The way is the flight itself, or for a body bound by other contacts the parabola in time between both ends of its step,
+which is what the trapezoid makes of a smooth one.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ SPACING = 2.220446049250313e-16
 
 
 @kernel
-def place_at(body, fields, start, end, lasts, instant, span, out):
+def place_at(body, fields, start, end, bound, instant, span, out):
     """State of a body at an instant [s] of its way."""
-    if body.motion != DYNAMIC or lasts == 0 or span <= 0.0:
+    if body.motion != DYNAMIC or bound == 0 or span <= 0.0:
         fly(start, body, fields, instant, out)
         return
     part = instant / span
@@ -52,7 +52,10 @@ def place_at(body, fields, start, end, lasts, instant, span, out):
     change = vec3.sub(vec3.load(end.velocity), v)
     vec3.store(out.velocity, vec3.add_scaled(v, part, change))
     way = vec3.add_scaled(vec3.scale(instant, v), 0.5 * part * instant, change)
-    vec3.store(out.center, vec3.add(vec3.load(start.center), way))
+    # What the trapezoid of the velocities misses of the end, where the step is another or overlap was removed.
+    rest = vec3.sub(vec3.load(end.center), vec3.load(start.center))
+    rest = vec3.sub(rest, vec3.scale(0.5 * span, vec3.add(v, vec3.load(end.velocity))))
+    vec3.store(out.center, vec3.add(vec3.load(start.center), vec3.add_scaled(way, part * part, rest)))
     spin = vec3.load(start.angular_velocity)
     change = vec3.sub(vec3.load(end.angular_velocity), spin)
     vec3.store(out.angular_velocity, vec3.add_scaled(spin, part, change))
@@ -93,12 +96,12 @@ def _same(one, other):
 
 
 @kernel
-def _lasts(contacts, first, count, pair, found):
-    """Whether a contact found on the way is one of those that last."""
+def _binds(contacts, first, count, pair, found):
+    """Whether a contact found on the way is one of those that bind the bodies all the way."""
     for index in range(first, count):
         if contacts[index].pair != pair:
             return False
-        if contacts[index].persistent == 1 and _same(contacts[index].feature, found.feature):
+        if contacts[index].located == 0 and _same(contacts[index].feature, found.feature):
             return True
     return False
 
@@ -107,7 +110,7 @@ def _lasts(contacts, first, count, pair, found):
 def find_impact_time(address, workspace_address, world, count):
     """Set ``impact_time`` of the workspace to the first impact among pairs with a ``located`` contact.
 
-    ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``lasting`` tells how a body
+    ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``bound`` tells how a body
     moves. Returns 1 if there is an impact before the end.
     """
     workspace = workspace_at(workspace_address)
@@ -120,7 +123,7 @@ def find_impact_time(address, workspace_address, world, count):
         contact = contacts[index]
         if index == 0 or contact.pair != contacts[index - 1].pair:
             first = index
-        if contact.located == 1 and contact.pair != pair:
+        if contact.located > 0 and contact.pair != pair:
             pair = contact.pair
             if _search(address, workspace_address, world, contacts, first, count):
                 found = 1
@@ -139,7 +142,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     starts = starts_of(header, workspace)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     states = table(workspace.working, header.num_bodies, BODY_STATE)
-    lasting = table(workspace.lasting, header.num_bodies, np.int64)
+    bound = table(workspace.bound, header.num_bodies, np.int64)
     asked = table(workspace.asked, workspace.asked_size, CONTACT)
     num_colliders = colliders_of(header).shape[0]
     i = pair // num_colliders
@@ -157,8 +160,8 @@ def _search(address, workspace_address, world, contacts, first, count):
     clear = 0.0
     blocked = math.inf
     for _ in range(MOST_INSTANTS):
-        place_at(bodies[a], fields, starts[a], ends[a], lasting[a], instant, span, states[a])
-        place_at(bodies[b], fields, starts[b], ends[b], lasting[b], instant, span, states[b])
+        place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
+        place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
         left = workspace.impact_time - instant
         spin_a = vec3.norm(vec3.load(states[a].angular_velocity))
         spin_b = vec3.norm(vec3.load(states[b].angular_velocity))
@@ -171,6 +174,7 @@ def _search(address, workspace_address, world, contacts, first, count):
         acceleration = vec3.scale(1.0 / span, gain)
         speed = vec3.norm(relative) + turning + vec3.norm(gain)
         query.margin = speed * left + TOUCHING * size
+        query.motion = query.margin
         number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
         if header.cross_seams != 0:
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
@@ -181,7 +185,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             normal = vec3.load(found.normal)
             surface = vec3.dot(normal, vec3.load(found.surface_velocity))
             gap = found.gap + (workspace.elapsed + instant) * surface
-            if gap <= RESTING * size and _lasts(contacts, first, count, pair, found):
+            if gap <= RESTING * size and _binds(contacts, first, count, pair, found):
                 continue
             point = vec3.load(found.position)
             core_a = vec3.add_scaled(point, -found.radius_a - 0.5 * found.gap, normal)
@@ -205,8 +209,8 @@ def _search(address, workspace_address, world, contacts, first, count):
             first_order = math.inf
             if swing_a + swing_b > 0.0 or whirl_a + whirl_b > 0.0:
                 approach = -vec3.dot(normal, relative)
-                bound = max(approach, 0.0) + max(turning, swing_a + swing_b) + abs(surface)
-                first_order = gap / bound if bound > 0.0 else math.inf
+                fastest = max(approach, 0.0) + max(turning, swing_a + swing_b) + abs(surface)
+                first_order = gap / fastest if fastest > 0.0 else math.inf
             else:
                 first_order = second
             bold = size * 0.5 / speed if speed > 0.0 else math.inf

@@ -282,6 +282,20 @@ def _vertex(scratch, row, radius, half_length, count):
 
 
 @kernel
+def _in_reach(scratch, row, slope, radius, half_length):
+    """Whether an edge may come within the margin of the cylinder, by the ball around its middle."""
+    half_edge = 0.5 * scratch[row, 7]
+    axis = axis_of(scratch, 2)
+    r = vec3.sub(vec3.add_scaled(get(scratch, row, 1), half_edge, get(scratch, row, 4)), get(scratch, CENTER_ROW, 0))
+    along = vec3.dot(r, axis)
+    margin = margin_of(scratch)
+    wide = radius + margin + half_edge
+    return (
+        abs(along) <= half_length + margin + half_edge * slope and vec3.norm_squared(r) - along * along <= wide * wide
+    )
+
+
+@kernel
 def cylinder_features(scratch, end, radius, half_length, count):
     """Contacts of the listed features, up to row ``end``, with a cylinder; return the new count of candidates."""
     axis = axis_of(scratch, 2)
@@ -293,6 +307,9 @@ def cylinder_features(scratch, end, radius, half_length, count):
             row += 1 + spokes
             continue
         slope = abs(vec3.dot(get(scratch, row, 4), axis))
+        if not _in_reach(scratch, row, slope, radius, half_length):
+            row += 3
+            continue
         if 1.0 - slope <= 0.5 * TILT * TILT:
             count = _both_rims(scratch, row, radius, half_length, count)
         else:

@@ -211,9 +211,10 @@ def _impact(address, workspace_address, world, order, first, count, members, num
 
 @stage
 def strike(address, workspace_address, world):
-    """Resolve the impacts of all islands at the present places (``starts``); return False if memory is short.
+    """Resolve the impacts of all islands at the present places (``starts``).
 
-    ``sort_contacts`` has sorted the contacts, for a part of the step as long as what is left of it.
+    Returns 0 if the solver needs more memory, 2 if anything bounced, else 1. ``sort_contacts`` has sorted the contacts,
+    for a part of the step as long as what is left of it.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -225,6 +226,7 @@ def strike(address, workspace_address, world):
     island_bodies = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
     left = workspace.span
     time_step = header.time_step
+    outcome = 1
     for island in range(workspace.num_islands):
         first = starts[island]
         last = _touching_first(contacts, order, first, starts[island + 1])
@@ -234,6 +236,7 @@ def strike(address, workspace_address, world):
             count = _choose(contacts, states, order, first, last, left, time_step)
             if count == 0:
                 break
+            outcome = 2
             if not _impact(address, workspace_address, world, order, first, count, members, num_bodies, True):
                 return 0
             _by_bodies(contacts, order, first, last)
@@ -244,7 +247,7 @@ def strike(address, workspace_address, world):
         if approaches:
             if not _impact(address, workspace_address, world, order, first, last - first, members, num_bodies, False):
                 return 0
-    return 1
+    return outcome
 
 
 @kernel
