@@ -219,7 +219,9 @@ def follow_contacts(address, workspace_address, world, first, last):
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
                 if header.cross_seams != 0 and count <= asked.shape[0]:
-                    count = call_stage(header.cross_seams, address, workspace_address, world, pair, count)
+                    count = call_stage(
+                        header.cross_seams, address, workspace_address, world, pair, count, workspace.predicted
+                    )
                 # To pass through the thinnest sheet a body has to move by its whole thickness.
                 apart = moved < 2.0 * contact.size and count <= asked.shape[0]
                 for number in range(min(count, asked.shape[0])):

@@ -80,7 +80,7 @@ WORLD_TABLES = {
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
     *("step_groups", "find_impact_time", "strike", "step_pile", "settle", "commit"),
-    *("hide_seams", "hide_on_the_way", "cross_seams"),  # 0: no two colliders of this scene are ground together
+    *("hide_seams", "cross_seams"),  # 0: no two colliders of this scene are ground together
 )
 
 HEADER = np.dtype(

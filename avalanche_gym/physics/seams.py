@@ -189,7 +189,7 @@ def _is_flat(address, workspace_address, world, states, body, foot, d, s, flush)
 
 @kernel
 def _is_hidden(address, workspace_address, world, states, body, contact):
-    """Whether a contact of a body with ground, which is where ``states`` say, is inside of the ground, or flat in it."""
+    """Whether a contact of a body with ground, placed by ``states``, is inside of the ground, or flat in it."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
@@ -324,11 +324,12 @@ def _sort_points(contacts, links, first, spare):
 
 
 @stage
-def cross_seams(address, workspace_address, world, pair, count):
-    """Put the ``asked`` contacts of one pair of colliders right, with the bodies at ``predicted``; return how many there are then.
+def cross_seams(address, workspace_address, world, pair, count, places):
+    """Put the ``asked`` contacts of one pair of colliders right; return how many there are then.
 
     A point that has slid past the end of its ground is found at the edge there, which the next piece covers, or not
-    at all. The contacts of the body with the other pieces are appended.
+    at all. The contacts of the body with the other pieces are appended. ``places``: address of the states (bodies,)
+    that were asked for.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -338,7 +339,7 @@ def cross_seams(address, workspace_address, world, pair, count):
     pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
     links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
     firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
-    predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
+    states = table(places, header.num_bodies, BODY_STATE)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     mine = pair // colliders.shape[0]
     own = pair - mine * colliders.shape[0]
@@ -353,13 +354,13 @@ def cross_seams(address, workspace_address, world, pair, count):
     while link >= 0:
         one, two = pairs[2 * link], pairs[2 * link + 1]
         other = _other(pairs, link, body)
-        predicted[other] = flown[other]
+        states[other] = flown[other]
         for ground in range(bodies[other].first_collider, bodies[other].first_collider + bodies[other].num_colliders):
             if ground == own:
                 continue
             start = count
             i, j = (mine, ground) if one == body else (ground, mine)
-            count = collide_pair(header, workspace.query, predicted, one, i, two, j, start)
+            count = collide_pair(header, workspace.query, states, one, i, two, j, start)
             count = min(count, np.int64(asked.shape[0]))
             count = _drop_hidden(address, workspace_address, world, body, start, count)
             if (one == body) != body_first:
@@ -367,18 +368,6 @@ def cross_seams(address, workspace_address, world, pair, count):
                     vec3.store(asked[index].normal, vec3.neg(vec3.load(asked[index].normal)))
         link = links[link]
     return count
-
-
-@stage
-def hide_on_the_way(address, workspace_address, world, count):
-    """Drop what the ground hides from the ``asked`` contacts of one pair of colliders; return how many remain."""
-    header = header_at(address)
-    workspace = workspace_at(workspace_address)
-    asked = table(workspace.asked, workspace.asked_size, CONTACT)
-    body = _body_of(bodies_of(header, world), asked[0].body_a, asked[0].body_b) if count > 0 else -1
-    if body < 0:
-        return count
-    return _drop_hidden(address, workspace_address, world, body, np.int64(0), count)
 
 
 @kernel

@@ -256,7 +256,6 @@ class Storage:
                 self.arrays["nearest_functions"][shape] = NEAREST_STAGES[shape].address
             self.header[0]["hide_seams"] = seams.hide_seams.address
             self.header[0]["cross_seams"] = seams.cross_seams.address
-            self.header[0]["hide_on_the_way"] = seams.hide_on_the_way.address
 
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:

@@ -113,7 +113,6 @@ def find_impact_time(address, workspace_address, world, count):
     ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``bound`` tells how a body
     moves. Returns 1 if there is an impact before the end.
     """
-    header = header_at(address)
     workspace = workspace_at(workspace_address)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     workspace.impact_time = workspace.span
@@ -177,8 +176,8 @@ def _search(address, workspace_address, world, contacts, first, count):
         query.margin = speed * left + TOUCHING * size
         query.motion = query.margin
         number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
-        if header.hide_on_the_way != 0:
-            number = call_stage(header.hide_on_the_way, address, workspace_address, world, number)
+        if header.cross_seams != 0:
+            number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
         step = math.inf
         deepest = math.inf
         for index in range(number):
