@@ -99,7 +99,7 @@ def test_crossings_are_those_of_all_pairs_of_faces():
         (lambda: torus(0.1, 0.2), "would fill the hole"),
         (lambda: torus(0.1, 0.02, sides=2), "at least 3"),
         (lambda: gear(0.1, 0.02, bore=0.9), "bore must be less"),
-        (lambda: rabbit(0.2, triangles=10), "allowed are 200"),
+        (lambda: rabbit(0.2, triangles=10), "allowed are 600"),
         (lambda: Thread(0.01, 0.004, 0.02), "must be less than radius"),
         (lambda: nut(THREAD, clearance=1e-4, segments=20), "multiple of six"),
         (lambda: nut(THREAD, clearance=1e-4, width=0.02), "leaves no wall"),
