@@ -61,14 +61,22 @@ def _inherit(old, new, stage, span):
 
 
 @kernel
+def _order(one, other):
+    """Negative, zero or positive as the pair of bodies of one contact comes before that of the other."""
+    return one.body_a - other.body_a if one.body_a != other.body_a else one.body_b - other.body_b
+
+
+@kernel
 def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
     """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
-    Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
-    return ``contacts.persistent`` says which bore load.
+    The new list is sorted by pair of bodies. If the old one is too, only contacts of the same pair are compared, which
+    is linear; else all of them are, with the same result. On return ``contacts.persistent`` says which bore load.
     """
+    ascending = True
     for index in range(num_old):
         old_contacts[index].island = 0
+        ascending = ascending and (index == 0 or _order(old_contacts[index - 1], old_contacts[index]) <= 0)
     for index in range(num_contacts):
         contacts[index].island = 0
         contacts[index].persistent = 0
@@ -81,22 +89,31 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
         return
     for stage in range(3):
         start = 0
+        first = 0
+        last = 0 if ascending else num_old
         for index in range(num_contacts):
             new = contacts[index]
+            if ascending:
+                while first < num_old and _order(old_contacts[first], new) < 0:
+                    first += 1
+                last = max(first, last)
+                while last < num_old and _order(old_contacts[last], new) == 0:
+                    last += 1
             if new.island == 1:
                 continue
             best = -1.0
             chosen = -1
-            for step in range(num_old):
-                candidate = start + step
-                if candidate >= num_old:
-                    candidate -= num_old
+            candidate = start if first <= start < last else first
+            for _ in range(last - first):
                 likeness = _likeness(old_contacts[candidate], new, stage)
                 if likeness > best:
                     best = likeness
                     chosen = candidate
                     if stage == EXACT:
                         break
+                candidate += 1
+                if candidate == last:
+                    candidate = first
             if chosen >= 0:
                 _inherit(old_contacts[chosen], new, stage, span)
                 start = chosen
