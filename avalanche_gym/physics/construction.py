@@ -102,6 +102,7 @@ def build_tables(scene: Scene) -> Tables:
         "fields": _field_rows(scene.fields),
         "pair_rules": rules_of(scene, materials),
         "pair_functions": np.zeros(NUM_SHAPES * NUM_SHAPES, np.int64),
+        "nearest_functions": np.zeros(NUM_SHAPES, np.int64),
         **shapes.arrays(),
     }
     return Tables(arrays, public, materials, shapes)

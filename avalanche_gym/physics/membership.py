@@ -31,7 +31,8 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
     assert body is not None
     shapes = [shape for shape, _, _ in body.shape.parts()]
     header, arrays = storage.header[0], storage.arrays
-    if not header["collisions"] or not all(tables.shapes.knows(shape) for shape in shapes):
+    # Ground may have seams with what is there (seams.py): those stages are chosen when all tables are built.
+    if not header["collisions"] or body.motion != "dynamic" or not all(tables.shapes.knows(shape) for shape in shapes):
         return False
     functions = _functions_of(storage, body)
     row, parts = rows_of(body)
@@ -56,6 +57,8 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
         arrays[name][0, handle] = storage.initial[name][0, handle] = getattr(body, name)
     arrays["states"][0, handle] = np.zeros((), arrays["states"].dtype)
     arrays["impulses"][0, handle] = 0.0
+    arrays["rest"][0, handle] = np.zeros((), arrays["rest"].dtype)
+    arrays["rest"]["barred"][0, handle] = not body.allow_sleep
     for place, address in functions.items():
         arrays["pair_functions"][place] = address
     storage.link_tables(("colliders", "pair_rules"))

@@ -29,8 +29,10 @@ from .model import (
     NODE_ROW,
     PAIR_RULE,
     REPORT,
+    REST,
     VERTEX_ROW,
 )
+from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.workspace import NODE, ROW
 
 # Tables by name. Those of WORLD_TABLES have one block for each world.
@@ -49,12 +51,16 @@ MODEL_TABLES = {
     "mesh_faces": FACE_ROW,
     "mesh_nodes": NODE_ROW,
     "pair_functions": np.dtype(np.int64),  # (NUM_SHAPES * NUM_SHAPES,) addresses of narrow_phase/pairs.py
+    "nearest_functions": np.dtype(np.int64),  # (NUM_SHAPES,) addresses of the nearest points, for seams.py
 }
 WORLD_TABLES = {
     "bodies": BODY,  # (worlds, bodies)
     "states": BODY_STATE,  # (worlds, bodies)
     "contacts": CONTACT,  # (worlds, capacity)
     "num_contacts": np.dtype(np.int64),  # (worlds,)
+    "rest": REST,  # (worlds, bodies)
+    "asleep_contacts": CONTACT,  # (worlds, capacity, 0 if nothing may sleep)
+    "num_asleep_contacts": np.dtype(np.int64),  # (worlds,)
     "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
     "orientation": np.dtype(np.float64),  # (worlds, bodies, 4)
     "linear_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [m/s]
@@ -73,7 +79,8 @@ WORLD_TABLES = {
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
-    *("step_groups", "find_impact_time", "strike", "commit"),
+    *("step_groups", "find_impact_time", "strike", "step_pile", "settle", "commit"),
+    *("hide_seams", "cross_seams"),  # 0: no two colliders of this scene are ground together
 )
 
 HEADER = np.dtype(
@@ -86,6 +93,8 @@ HEADER = np.dtype(
         ("contact_capacity", np.int64),  # a world
         ("num_slots", np.int64),  # cells of the grid, a world: a power of two
         ("candidate_capacity", np.int64),  # a world
+        ("asleep_capacity", np.int64),
+        ("sleeping", np.int64),  # 0: nothing may sleep
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
         ("restitution", np.int64),  # 0: nothing in this scene bounces
@@ -93,6 +102,7 @@ HEADER = np.dtype(
         ("time_step", np.float64),  # [s]
         ("tolerance", np.float64),
         ("max_iterations", np.int64),
+        ("substeps", np.int64),
         ("events", np.int64),
         *((name, np.int64) for name in STAGES),
         *((name, np.int64) for name in (*MODEL_TABLES, *WORLD_TABLES)),
@@ -116,6 +126,8 @@ WORKSPACE_TABLES = {
     "kept": CONTACT,  # (contact capacity,) of what has been stepped to the end
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
+    "ground_links": np.dtype(np.int64),  # (pair capacity,) next pair of the same dynamic body with ground, or -1
+    "ground_firsts": np.dtype(np.int64),  # (bodies,) first of them, or -1
     "found": np.dtype(np.int64),  # (pair capacity,) new candidates of the grid
     "contacts": CONTACT,  # (contact capacity,)
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
@@ -125,16 +137,20 @@ WORKSPACE_TABLES = {
     "island_bodies": np.dtype(np.int64),  # (bodies,) dynamic bodies sorted by island
     "body_starts": np.dtype(np.int64),  # (bodies + 1,) first body of each island in ``island_bodies``
     "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
-    "clipping": np.dtype(np.float64),  # (256 * 8,) for one pair of shapes
+    "clipping": np.dtype(np.float64),  # (264 * 8,) for one pair of shapes
     "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY
+    "probe": np.dtype(np.uint8),  # bytes of a PROBE
     "solver_rows": ROW,
     "solver_nodes": NODE,
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
     "solver_index": np.dtype(np.int64),
+    "pile_rows": PILE_ROW,  # (contact capacity,)
+    "pile_nodes": PILE_NODE,  # (bodies + 1,)
 }
 
 WORKSPACE = np.dtype(
     [
+        ("num_pairs", np.int64),  # in ``pairs``
         ("starts", np.int64),  # address of the states (bodies,) where the present part of the step begins
         ("span", np.float64),  # [s] its length
         ("elapsed", np.float64),  # [s] of the step before it
@@ -159,6 +175,7 @@ _STATE_BYTES = BODY_STATE.itemsize
 _CONTACT_BYTES = CONTACT.itemsize
 _PROXY_BYTES = PROXY.itemsize
 _CELL_BYTES = CELL.itemsize
+_REST_BYTES = REST.itemsize
 
 
 @intrinsic
@@ -234,6 +251,19 @@ def grid_tables_of(header, world):
             _pointer(header.candidates + 8 * world * header.candidate_capacity), header.candidate_capacity, np.int64
         ),
     )
+
+
+@kernel
+def asleep_contacts_of(header, world):
+    """(capacity,) rows of CONTACT of one world: those of islands that sleep."""
+    offset = world * header.asleep_capacity * _CONTACT_BYTES
+    return carray(_pointer(header.asleep_contacts + offset), header.asleep_capacity, CONTACT)
+
+
+@kernel
+def rest_of(header, world):
+    """(bodies,) rows of REST of one world."""
+    return carray(_pointer(header.rest + world * header.num_bodies * _REST_BYTES), header.num_bodies, REST)
 
 
 @kernel

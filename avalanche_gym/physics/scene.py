@@ -98,6 +98,7 @@ class Body:
     linear_velocity: NDArray[np.float64]  # (3,) [m/s] of the origin of the shape's frame
     angular_velocity: NDArray[np.float64]  # (3,) [rad/s]
     visual: TriangleMesh | None = field(default=None)
+    allow_sleep: bool = True
 
 
 class Scene:
@@ -150,6 +151,7 @@ class Scene:
         linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         visual: TriangleMesh | None = None,
+        allow_sleep: bool = True,
     ) -> int:
         """Add a body and return its handle, the index on axis 1 of every state array.
 
@@ -167,6 +169,7 @@ class Scene:
             linear_velocity: (3,) [m/s] of the origin of the shape's frame, world frame.
             angular_velocity: (3,) [rad/s], world frame.
             visual: mesh to draw instead of the collider.
+            allow_sleep: ``False`` keeps the body, and what touches it, awake (Options.sleeping).
 
         Raises:
             ValueError, TypeError: the text names the body, what was given, what is allowed and what to do.
@@ -203,6 +206,7 @@ class Scene:
             position=checked_vector(f"Body {label!r}: position", position),
             orientation=checks.unit_quaternion(f"Body {label!r}: orientation", orientation),
             visual=visual,
+            allow_sleep=bool(allow_sleep),
             **vectors,
         )
         self.bodies[handle : handle + 1] = [body]

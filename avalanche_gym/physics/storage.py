@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, groups, response
+from . import detection, groups, response, seams
 from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
+from .contacts import sleeping
 from .events import impact_time
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
@@ -19,20 +20,25 @@ from .model import (
     CONTACT,
     CONTACTS_FULL,
     DYNAMIC,
+    LEAST_BODIES,
     NUM_SHAPES,
     PAIRS_FULL,
+    PLANE,
     REPORT,
+    REST,
     SHAPE_NAMES,
     SOLVER_FULL,
 )
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
+from .probes.ask import NEAREST_STAGES
+from .probes.probe import PROBE
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
 GRID_FROM = 64  # bodies; with fewer, testing each with each is cheaper than looking up those that move
-CLIPPING_FLOATS = 256 * 8  # scratch of one pair of shapes
+CLIPPING_FLOATS = 264 * 8  # scratch of one pair of shapes
 MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
 # Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.
@@ -41,6 +47,7 @@ PROPORTION = np.dtype([("mass", np.float64), ("inertia", np.float64, 3)])  # (wo
 # Tables (worlds, bodies, ...) that keep room for bodies to come, and what a reset puts back of them.
 BODY_TABLES = (
     *("bodies", "states", "proportions", "position", "orientation", "linear_velocity", "angular_velocity", "impulses"),
+    "rest",
 )
 INITIAL_TABLES = ("states", "position", "orientation", "linear_velocity", "angular_velocity")
 
@@ -51,6 +58,9 @@ STATE_TABLES = (
     "states",
     "contacts",
     "num_contacts",
+    "rest",
+    "asleep_contacts",
+    "num_asleep_contacts",
     "position",
     "orientation",
     "linear_velocity",
@@ -83,6 +93,9 @@ class Storage:
         self.arrays["impulses"] = np.zeros((num_worlds, num_bodies, 6))
         self.arrays["contacts"] = np.zeros((num_worlds, options.max_contacts or FIRST_CONTACTS), CONTACT)
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
+        self.arrays["asleep_contacts"] = np.zeros_like(self.arrays["contacts"][:, : None if options.sleeping else 0])
+        self.arrays["num_asleep_contacts"] = np.zeros(num_worlds, np.int64)
+        self.arrays["rest"] = np.zeros((num_worlds, num_bodies), REST)
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
         self.initial: dict[str, NDArray[Any]] = {}
@@ -163,17 +176,24 @@ class Storage:
         header["time_step"] = options.time_step
         header["tolerance"] = options.tolerance
         header["max_iterations"] = options.max_iterations
+        header["substeps"] = options.substeps
         header["events"] = options.events
         header["fly_bodies"] = detection.fly_bodies.address
         header["commit"] = response.commit.address
+        header["sleeping"] = bool(options.sleeping and (bodies["motion"] == DYNAMIC).any())
+        if header["sleeping"]:
+            header["settle"] = sleeping.settle.address
         if header["collisions"]:
             self._choose_broad_phase()
             header["find_contacts"] = detection.find_contacts.address
             header["sort_contacts"] = response.sort_contacts.address
             header["step_islands"] = response.step_islands.address
             header["solve_problem"] = response.solve_problem.address
+            if (bodies["motion"] == DYNAMIC).sum() >= LEAST_BODIES:
+                header["step_pile"] = response.step_pile.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
+            self._watch_seams()
             if options.events:
                 header["step_groups"] = groups.step_groups.address
                 header["find_impact_time"] = impact_time.find_impact_time.address
@@ -189,6 +209,7 @@ class Storage:
         header, arrays = self.header[0], self.arrays
         header["height_worlds"], header["num_heights"] = arrays["heights"].shape
         header["contact_capacity"] = arrays["contacts"].shape[1]
+        header["asleep_capacity"] = arrays["asleep_contacts"].shape[1]
         header["num_slots"], header["candidate_capacity"] = arrays["cells"].shape[1], arrays["candidates"].shape[1]
         self.link_tables((*MODEL_TABLES, *WORLD_TABLES))
         self.note_features()
@@ -226,6 +247,16 @@ class Storage:
                 addresses[pair] = self.pair_stage(pair).address
         return addresses.reshape(-1)
 
+    def _watch_seams(self) -> None:
+        """Where several colliders are ground together, what one of them hides of another is left out (seams.py)."""
+        colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
+        ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
+        if len(ground) > 1 and (ground != PLANE).any():
+            for shape in set(ground.tolist()):
+                self.arrays["nearest_functions"][shape] = NEAREST_STAGES[shape].address
+            self.header[0]["hide_seams"] = seams.hide_seams.address
+            self.header[0]["cross_seams"] = seams.cross_seams.address
+
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:
         """The function of a pair of shapes, the smaller code first."""
@@ -256,6 +287,8 @@ class Storage:
             "kept": contacts,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
+            "ground_links": pairs,
+            "ground_firsts": num_bodies,
             "found": pairs if self.grid else 0,
             "contacts": contacts,
             "asked": MOST_ASKED,
@@ -267,9 +300,12 @@ class Storage:
             "order": contacts,
             "clipping": CLIPPING_FLOATS,
             "query": PAIR_QUERY.itemsize,
+            "probe": PROBE.itemsize,
             "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
+            "pile_rows": contacts if self.header[0]["step_pile"] else 0,
+            "pile_nodes": num_bodies + 1 if self.header[0]["step_pile"] else 0,
             "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),
         }
         scratch, record = self._scratch[number], self.workspaces[number][0]
@@ -304,7 +340,7 @@ class Storage:
             self.resize_contacts(saved["contacts"].shape[1])
         for name, array in saved.items():
             own = self.arrays[name]
-            if name == "contacts":
+            if name in ("contacts", "asleep_contacts"):
                 own[:, : array.shape[1]] = array  # there may be room for more by now
             elif own.shape == array.shape:
                 own[...] = array
@@ -315,10 +351,12 @@ class Storage:
 
     def resize_contacts(self, capacity: int) -> None:
         """Room for ``capacity`` contacts a world; those that are there stay."""
-        old = self.arrays["contacts"]
-        grown = np.zeros((self.num_worlds, capacity), CONTACT)
-        grown[:, : old.shape[1]] = old
-        self.arrays["contacts"] = grown
+        for name in ("contacts", "asleep_contacts"):
+            old = self.arrays[name]
+            if old.shape[1]:
+                grown = np.zeros((self.num_worlds, capacity), CONTACT)
+                grown[:, : old.shape[1]] = old
+                self.arrays[name] = grown
         for number in range(len(self.workspaces)):
             self.size_workspace(number, pairs=0, blocks=0, integers=0)
         self.link()

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import frames, membership, parameters
 from .construction import build_tables
+from .contacts.sleeping import wake
 from .diagnostics import measure
 from .features import describe_features
 from .options import Options
@@ -84,6 +85,8 @@ class World:
         storage = Storage(tables, num_worlds, self.options)
         frames.adopt(storage.address, np.ones(num_worlds, np.bool_), -1)
         self.scene = scene
+        for index, body in enumerate(scene.bodies):
+            storage.arrays["rest"]["barred"][:, index] = body is not None and not body.allow_sleep
         storage.keep_initial()
         self._tables = tables
         self._storage = storage
@@ -169,6 +172,7 @@ class World:
         index = select_body(self, call, body, moving="dynamic")
         mask = select_worlds(self, call, world)
         values = spread(f"{call}({what})", value, mask, 3)
+        self._wake(mask, index)
         points = np.full((self.num_worlds, 3), np.nan)
         if point is not None:
             points = spread(f"{call}(point)", point, mask, 3)
@@ -212,6 +216,7 @@ class World:
                         f"set_state({name}) on the static body {description.name!r}, which has no velocity; give it "
                         "motion='kinematic' to move it."
                     )
+        self._wake(mask, index)
         for name, values in given.items():
             self._storage.arrays[name][mask, index] = values[mask]
         frames.adopt(self._address, mask, index)
@@ -229,6 +234,7 @@ class World:
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
+        self._wake(mask, index)
         parameters.set_parameters(self._storage, self.scene.bodies[index], index, mask, values)
 
     def set_heights(
@@ -261,7 +267,30 @@ class World:
                 f"set_heights(height_rates): {description.name!r} is {description.motion}; moving ground needs "
                 'motion="kinematic".'
             )
+        self._wake(mask, index)
         parameters.set_heights(self._storage, self._tables.shapes.height_field_rows[index], mask, heights, height_rates)
+
+    # --- Sleep --------------------------------------------------------------------------------------------------------
+
+    @property
+    def sleeping(self) -> NDArray[np.bool_]:
+        """(worlds, bodies) whether a body is asleep: in balance, and left alone until something disturbs it."""
+        asleep: NDArray[np.bool_] = self._storage.arrays["rest"]["asleep"] > 0
+        return asleep
+
+    def wake(self, body: int | None = None, *, world: WorldIndex = None) -> None:
+        """Wake a body and all that rests on it or bears it; everything if ``body`` is ``None``, or is not dynamic.
+
+        Args:
+            body: handle.
+            world: as in apply_impulse.
+        """
+        index = -1 if body is None else select_body(self, "wake", body)
+        self._wake(select_worlds(self, "wake", world), index)
+
+    def _wake(self, mask: NDArray[np.bool_], index: int) -> None:
+        if self._storage.arrays["num_asleep_contacts"].any() or self.sleeping.any():
+            wake(self._address, mask, index)
 
     # --- Bodies that come and go --------------------------------------------------------------------------------------
 
@@ -272,6 +301,7 @@ class World:
         """
         self._single("add_body")
         handle = self.scene.add_body(*args, **kwargs)
+        self._wake(np.ones(1, np.bool_), -1)
         try:
             if membership.insert_body(self._storage, self._tables, self.scene, handle):
                 self._show()
@@ -292,6 +322,7 @@ class World:
         description = self.scene.bodies[index]
         assert description is not None
         self.scene.bodies[index] = None
+        self._wake(np.ones(1, np.bool_), -1)
         if membership.take_body(self._storage, index, description):
             self._prober = None
         else:
@@ -307,6 +338,7 @@ class World:
     def _rebuild(self, scene: Scene, changed: int) -> None:
         """New tables for a scene in which one body is another; all other bodies keep their state and their contacts."""
         old = self._storage
+        self._wake(np.ones(1, np.bool_), -1)
         self._build(scene, 1)
         kept = [index for index in range(old.num_bodies) if index != changed]
         for name in ("states", "impulses", *PUBLIC_ARRAYS):
@@ -327,6 +359,10 @@ class World:
             arrays[name][mask] = self._storage.initial[name][mask]
         arrays["impulses"][mask] = 0.0
         arrays["num_contacts"][mask] = 0
+        arrays["num_asleep_contacts"][mask] = 0
+        for name in arrays["rest"].dtype.names or ():
+            if name != "barred":
+                arrays["rest"][name][mask] = 0
         parameters.reset_heights(self._storage, mask, self._storage.initial["heights"])
 
     def snapshot(self) -> Snapshot:
@@ -448,9 +484,13 @@ class World:
         return self._measure()[1][:, 3:]
 
     def contacts(self, world: int = 0) -> NDArray[Any]:
-        """The contacts of the last step of one world, as records of CONTACT_DTYPE."""
+        """The contacts of the last step of one world, as records of CONTACT_DTYPE; those of sleeping islands come last."""
         number = select_world(self, "contacts", world)
-        rows = self._storage.arrays["contacts"][number, : self._storage.arrays["num_contacts"][number]]
+        arrays = self._storage.arrays
+        rows = arrays["contacts"][number, : arrays["num_contacts"][number]]
+        asleep = arrays["asleep_contacts"][number, : arrays["num_asleep_contacts"][number]]
+        if len(asleep):
+            rows = np.concatenate((rows, asleep))
         found = np.empty(len(rows), CONTACT_DTYPE)
         for name in CONTACT_DTYPE.names or ():
             found[name] = rows[name]

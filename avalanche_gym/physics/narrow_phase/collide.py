@@ -16,6 +16,7 @@ from ..model import (
     CYLINDER,
     HEIGHT_FIELD,
     HULL,
+    MESH,
     NUM_SHAPES,
     ON_A,
     ON_B,
@@ -23,6 +24,7 @@ from ..model import (
     SMOOTH_FIELD,
     SPHERE,
 )
+from .mesh_pieces import is_crossing, is_of_second
 from .moving_heights import height_velocity
 from .pair_query import contact_list, query_at, store_rotation
 
@@ -65,6 +67,10 @@ def _set_frame(first, state_a, second, state_b, contact):
         on_a = _along_axis(first, state_a, normal)
         contact.frame = ON_A if on_a else ON_B
         contact.curved = 0 if on_a or _along_axis(second, state_b, normal) else 1
+    elif max(a, b) == MESH and min(a, b) >= HEIGHT_FIELD:
+        # Between surfaces of triangles either one has the face; crossing edges turn the normal together.
+        contact.curved = 1 if is_crossing(contact.feature) else 0
+        contact.frame = ON_A if is_of_second(contact.feature) != (a > b) else ON_B
     elif contact.curved == 1 and a != SMOOTH_FIELD and b != SMOOTH_FIELD:
         # A cylinder that stands on its flat end is as good as a box.
         normal = vec3.load(contact.normal)
