@@ -40,7 +40,7 @@ from .prediction import OVERLAP
 STILL_STEPS = 60
 # A still body moves by less than this fraction of its size in a step, and keeps less than this share of what flight
 # adds to its velocity. Asleep, it no longer moves by that: the error that sleeping makes.
-STILL, BALANCED = 1e-8, 1e-6
+STILL, BALANCED = 1e-6, 1e-4
 # The same for islands that the pile tier carries, whose bodies tremble as much as its sweeps leave undone.
 CROWD_STILL, CROWD_BALANCED = 4e-3, 0.1
 
