@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from .. import physics
 
-
 CONTACT_TABLES = ("contacts", "asleep_contacts")
 
 

@@ -431,6 +431,10 @@ def _note_bound(header, workspace, num_contacts, count):
     members = _numbers(header, workspace.members)
     for number in range(count):
         bound[members[number]] = 0
+    # What the group rests on is no member of it.
+    for index in range(num_contacts):
+        bound[contacts[index].body_a] = 0
+        bound[contacts[index].body_b] = 0
     found = False
     for index in range(num_contacts):
         contact = contacts[index]

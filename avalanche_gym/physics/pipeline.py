@@ -129,11 +129,11 @@ def end_call(header, world):
 
 
 @entry_point
-def advance(address, workspace_address, first, last, begin):
-    """Run the steps that remain in worlds first <= world < last; return how many worlds could not finish.
+def advance(address, workspace_address, first, last, num_steps):
+    """Step the worlds first <= world < last; return how many could not finish.
 
-    ``begin`` is 1 for a new call of World.step, 0 to go on with one after tables have grown. A world that cannot finish
-    keeps its remaining steps; its report holds status and detail.
+    ``num_steps`` is that of a call of World.step, or 0 to go on with one after tables have grown. A world that cannot
+    finish keeps its remaining steps; its report holds status and detail.
     """
     header = header_at(address)
     stopped = 0
@@ -141,7 +141,8 @@ def advance(address, workspace_address, first, last, begin):
         remaining = world_entry(header.remaining, world)
         report = report_of(header, world)
         report.status = OK
-        if begin == 1:
+        if num_steps > 0:
+            remaining[0] = num_steps
             broken = begin_call(header, world)
             if broken >= 0:
                 report.status = NON_FINITE

@@ -21,7 +21,7 @@ from .shapes import Box, Capsule, Cylinder, Shape, Sphere, checks
 if TYPE_CHECKING:
     from .world import World, WorldIndex
 
-SCRATCH_ROWS = 256  # of eight floats, for one pair of shapes
+SCRATCH_ROWS = 264  # of eight floats, for one pair of shapes
 MOST_CONTACTS = 64  # room for those of one pair of shapes
 
 

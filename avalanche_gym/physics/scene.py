@@ -168,11 +168,11 @@ class Scene:
         Raises:
             ValueError, TypeError: the text names the body, what was given, what is allowed and what to do.
         """
-        handle = next((index for index, body in enumerate(self.bodies) if body is None), len(self.bodies))
+        handle = self.bodies.index(None) if None in self.bodies else len(self.bodies)
         label = f"body_{handle}" if name is None else name
         if not isinstance(label, str) or not label:
             raise TypeError(f"add_body(name={name!r}): give a non-empty string, or None.")
-        if any(body is not None and body.name == label for body in self.bodies):
+        if label in [body.name for body in self.bodies if body is not None]:
             raise ValueError(f"add_body(name={label!r}): a body of this scene has that name already; give another one.")
         if not isinstance(shape, Shape):
             raise TypeError(

@@ -52,7 +52,7 @@ def nearest_distance(heights, size, p, points=201):
 
 def _contacts(kernel, shape, position, rotation, size, terrain, margin, place):
     field, pool = terrain
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((256, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     count = kernel(
         *shape,
         floats(position),

@@ -204,7 +204,7 @@ def settle(address, workspace_address, world, count):
     listed = workspace.kept if workspace.waiting > 0 else workspace.contacts
     contacts = table(listed, workspace.contacts_size, CONTACT)
     parent = table(workspace.members, header.num_bodies, np.int64)
-    size = table(workspace.group, header.num_bodies, np.int64)
+    size = table(workspace.bound, header.num_bodies, np.int64)
     for index in range(header.num_bodies):
         parent[index] = index
         size[index] = 0

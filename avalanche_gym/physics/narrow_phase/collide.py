@@ -16,6 +16,7 @@ from ..model import (
     CYLINDER,
     HEIGHT_FIELD,
     HULL,
+    MESH,
     NUM_SHAPES,
     ON_A,
     ON_B,
@@ -23,6 +24,7 @@ from ..model import (
     SMOOTH_FIELD,
     SPHERE,
 )
+from .mesh_pieces import is_crossing, is_of_second
 from .moving_heights import height_velocity
 from .pair_query import contact_list, query_at, store_rotation
 
@@ -65,6 +67,10 @@ def _set_frame(first, state_a, second, state_b, contact):
         on_a = _along_axis(first, state_a, normal)
         contact.frame = ON_A if on_a else ON_B
         contact.curved = 0 if on_a or _along_axis(second, state_b, normal) else 1
+    elif max(a, b) == MESH and min(a, b) >= HEIGHT_FIELD:
+        # Between surfaces of triangles either one has the face; crossing edges turn the normal together.
+        contact.curved = 1 if is_crossing(contact.feature) else 0
+        contact.frame = ON_A if is_of_second(contact.feature) != (a > b) else ON_B
     elif contact.curved == 1 and a != SMOOTH_FIELD and b != SMOOTH_FIELD:
         # A cylinder that stands on its flat end is as good as a box.
         normal = vec3.load(contact.normal)
@@ -162,6 +168,35 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
 
 
 @kernel
+def _apart(first, second, reach):
+    """Whether two points are farther apart than ``reach`` [m], which may be infinite."""
+    return vec3.norm_squared(vec3.sub(second, first)) > reach * reach
+
+
+@kernel
+def _collide_parts(header, query_address, bodies, states, a, b, count):
+    """The same as collide_bodies for compounds: parts whose spheres are apart are passed over."""
+    body_a = bodies[a]
+    body_b = bodies[b]
+    margin = query_at(query_address).margin
+    colliders = colliders_of(header)
+    center_a = vec3.load(states[a].center)
+    center_b = vec3.load(states[b].center)
+    rotation_a = quat.to_matrix(quat.load(states[a].orientation))
+    rotation_b = quat.to_matrix(quat.load(states[b].orientation))
+    for i in range(body_a.first_collider, body_a.first_collider + body_a.num_colliders):
+        reach = colliders[i].radius + margin
+        middle = vec3.add(center_a, mat3.apply(rotation_a, vec3.load(colliders[i].position)))
+        if _apart(middle, center_b, reach + body_b.radius):
+            continue
+        for j in range(body_b.first_collider, body_b.first_collider + body_b.num_colliders):
+            other = vec3.add(center_b, mat3.apply(rotation_b, vec3.load(colliders[j].position)))
+            if not _apart(middle, other, reach + colliders[j].radius):
+                count = collide_pair(header, query_address, states, a, i, b, j, count)
+    return count
+
+
+@kernel
 def collide_bodies(header, query_address, bodies, states, a, b, count):
     """Append the contacts of bodies a < b placed by ``states`` to the list of the query; return the new count.
 
@@ -169,7 +204,6 @@ def collide_bodies(header, query_address, bodies, states, a, b, count):
     """
     body_a = bodies[a]
     body_b = bodies[b]
-    for i in range(body_a.first_collider, body_a.first_collider + body_a.num_colliders):
-        for j in range(body_b.first_collider, body_b.first_collider + body_b.num_colliders):
-            count = collide_pair(header, query_address, states, a, i, b, j, count)
-    return count
+    if body_a.num_colliders == 1 and body_b.num_colliders == 1:
+        return collide_pair(header, query_address, states, a, body_a.first_collider, b, body_b.first_collider, count)
+    return _collide_parts(header, query_address, bodies, states, a, b, count)

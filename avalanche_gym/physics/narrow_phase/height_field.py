@@ -228,7 +228,7 @@ def collide_height_field(
         heights: pool of samples [m].
         margin: [m] contacts farther apart are left out.
         contacts, count: as in ``manifold.emit``.
-        scratch: (256, 8), overwritten.
+        scratch: (264, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
     if scratch[BOUNDS_ROW, 2] > field.highest:

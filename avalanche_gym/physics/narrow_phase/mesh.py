@@ -161,7 +161,7 @@ def collide_mesh(
         vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
         margin: [m] contacts farther apart are left out.
         contacts, count: as in ``manifold.emit``.
-        scratch: (256, 8), overwritten.
+        scratch: (264, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)

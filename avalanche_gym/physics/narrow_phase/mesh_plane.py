@@ -11,8 +11,9 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .mesh import tables_of
+from .mesh_pieces import near_margin
 from .terrain_candidates import TERRAIN_VERTEX, VERTEX_PLACE, add_candidate, emit_candidates, feature_of
-from .terrain_shape import in_frame, put_core
+from .terrain_shape import in_frame, put_core, rank_by_motion
 
 DOWN = (0.0, 0.0, -1.0)
 
@@ -37,33 +38,43 @@ def collide_plane_mesh(
     faces,
     nodes,
     margin,
+    motion,
     contacts,
     count,
     scratch,
 ):
-    """Append the contacts of a plane (a) with a mesh (b); return the new count. Arguments as in mesh.py."""
+    """Append the contacts of a plane (a) with a mesh (b); return the new count.
+
+    Arguments as in mesh.py; ``motion`` [m]: bound of how far the two come closer by themselves.
+    """
     origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     half = vec3.scale(0.5, vec3.sub(vec3.load(mesh.upper), vec3.load(mesh.lower)))
     middle = vec3.scale(0.5, vec3.add(vec3.load(mesh.upper), vec3.load(mesh.lower)))
     put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
+    rank_by_motion(motion, scratch)
     down = mat3.apply_transposed(axes, DOWN)
+    reach = near_margin(margin, motion)
     found = np.int64(0)
-    node = 0
-    while node < nodes.shape[0]:
-        here = nodes[node]
-        if origin[2] - _lowest(here, down) > margin:
-            node = int(here.skip)
-            continue
-        for index in range(here.first, here.first + here.count):
-            face = faces[index]
-            for k in range(3):
-                if face.flags >> (3 + k) & 1:
-                    number = int(face.vertices[k])
-                    place = vec3.add(origin, mat3.apply(axes, vec3.load(vertices[number].position)))
-                    if place[2] <= margin:
-                        feature = feature_of(TERRAIN_VERTEX, 0, VERTEX_PLACE, number)
-                        position = (place[0], place[1], 0.5 * place[2])
-                        found = add_candidate(scratch, found, position, DOWN, place[2], feature)
-        node += 1
+    while True:
+        node = 0
+        while node < nodes.shape[0]:
+            here = nodes[node]
+            if origin[2] - _lowest(here, down) > reach:
+                node = int(here.skip)
+                continue
+            for index in range(here.first, here.first + here.count):
+                face = faces[index]
+                for k in range(3):
+                    if face.flags >> (3 + k) & 1:
+                        number = int(face.vertices[k])
+                        place = vec3.add(origin, mat3.apply(axes, vec3.load(vertices[number].position)))
+                        if place[2] <= reach:
+                            feature = feature_of(TERRAIN_VERTEX, 0, VERTEX_PLACE, number)
+                            position = (place[0], place[1], 0.5 * place[2])
+                            found = add_candidate(scratch, found, position, DOWN, place[2], feature)
+            node += 1
+        if found > 0 or not reach < margin:
+            break
+        reach = margin
     return emit_candidates(scratch, found, position_a, rotation_a, contacts, count)

@@ -26,6 +26,7 @@ PAIR_QUERY = np.dtype(
         ("rotation_b", np.float64, 9),
         ("size_b", np.float64, 3),
         ("margin", np.float64),  # [m] contacts farther apart are left out
+        ("motion", np.float64),  # [m] bound of how far the bodies come closer by themselves
         ("world", np.int64),
         ("header", np.int64),  # address
         ("contacts", np.int64),  # address of the list to append to

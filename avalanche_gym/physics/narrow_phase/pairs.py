@@ -37,6 +37,8 @@ from .height_field_solids import collide_cylinder_height_field, collide_hull_hei
 from .hull import collide_convex
 from .hull_plane import hull_plane
 from .mesh import collide_mesh
+from .mesh_height_field import collide_mesh_height_field, collide_mesh_smooth_field
+from .mesh_mesh import collide_meshes
 from .mesh_plane import collide_plane_mesh
 from .mesh_solids import collide_cylinder_mesh, collide_hull_mesh
 from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
@@ -261,7 +263,40 @@ def plane_mesh_stage(address, count):
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, position_b, rotation_b)
     return collide_plane_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
+    )
+
+
+@stage
+def height_field_mesh_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    fields, heights = height_field_pools(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    place = (position_a, rotation_a, fields[query.data_a], heights, position_b, rotation_b, rows[query.data_b])
+    return collide_mesh_height_field(
+        *place, vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
+    )
+
+
+@stage
+def mesh_mesh_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    place = (position_a, rotation_a, rows[query.data_a], position_b, rotation_b, rows[query.data_b])
+    return collide_meshes(*place, vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query))
+
+
+@stage
+def mesh_smooth_stage(address, count):
+    query = query_at(address)
+    position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
+    rows, vertices, faces, nodes = mesh_pools(query)
+    fields, heights = height_field_pools(query)
+    place = (position_a, rotation_a, rows[query.data_a], vertices, faces, nodes, position_b, rotation_b)
+    return collide_mesh_smooth_field(
+        *place, fields[query.data_b], heights, margin, query.motion, contacts, count, scratch_of(query)
     )
 
 
@@ -336,6 +371,9 @@ PAIR_STAGES: dict[tuple[int, int], Stage] = {
     (HULL, HEIGHT_FIELD): hull_height_field_stage,
     (HULL, MESH): hull_mesh_stage,
     (PLANE, MESH): plane_mesh_stage,
+    (HEIGHT_FIELD, MESH): height_field_mesh_stage,
+    (MESH, MESH): mesh_mesh_stage,
+    (MESH, SMOOTH_FIELD): mesh_smooth_stage,
     (SPHERE, SMOOTH_FIELD): smooth_rounded_stage,
     (CAPSULE, SMOOTH_FIELD): smooth_rounded_stage,
     (BOX, SMOOTH_FIELD): smooth_box_stage,

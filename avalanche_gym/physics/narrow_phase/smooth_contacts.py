@@ -26,7 +26,7 @@ from ..jit import kernel
 from ..maths import vec3
 from .smooth_surface import height, jet, locate, normal_of, signed_distance
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, feature_of
-from .terrain_shape import AXES_ROW, CENTER_ROW, FIRST_FREE_ROW, margin_of
+from .terrain_shape import CENTER_ROW, FIRST_FREE_ROW, margin_of, rank_by_motion, set_scale
 
 # Most points of a lattice of seeds along x and y; 28^2 heights fill the free rows of the scratch table.
 LATTICE = 28
@@ -51,7 +51,8 @@ GENERIC_DIRECTION = (0.2391, 0.5137, 0.8240)
 def prepare_scratch(scratch, margin, scale):
     """What terrain_candidates.py asks of the scratch table: margin and size of the shape [m]."""
     scratch[CENTER_ROW, 7] = margin
-    scratch[AXES_ROW + 1, 1] = scale
+    set_scale(scale, scratch)
+    rank_by_motion(margin, scratch)
 
 
 @kernel

@@ -49,7 +49,7 @@ def collide_rounded(
         pool: of heights [m].
         margin: [m] contacts farther apart are left out.
         contacts, count: as in ``manifold.emit``.
-        scratch: (256, 8), overwritten.
+        scratch: (264, 8), overwritten.
     """
     center, axes = into_frame(position_a, rotation_a, position_b, rotation_b)
     patch = patch_of(field)

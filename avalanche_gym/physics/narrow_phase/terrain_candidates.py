@@ -25,7 +25,7 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
 from .manifold import emit
-from .terrain_shape import margin_of, put, scale_of
+from .terrain_shape import SCORE_ROW, falloff_of, put, scale_of
 
 # Rows of the scratch table (terrain_shape.py) that hold candidates.
 CAPACITY = 64
@@ -48,13 +48,23 @@ PARTS = 1 << 24
 
 
 @kernel
+def _score(scratch, number):
+    return scratch[SCORE_ROW + (number >> 3), number & 7]
+
+
+@kernel
+def _put_score(scratch, number, value):
+    scratch[SCORE_ROW + (number >> 3), number & 7] = value
+
+
+@kernel
 def reduce_candidates(scratch, count, most):
     """Keep ``most`` candidates, the deepest first; return how many there are."""
     if count == most:
         return count
-    # An open contact that is farther off than the deepest by the whole margin counts half.
+    # An open contact that is farther off than the deepest by the falloff (the whole margin, or less) counts half.
     scale = scale_of(scratch)
-    falloff = 1.0 / max(margin_of(scratch), MERGE_DISTANCE * scale)
+    falloff = 1.0 / max(falloff_of(scratch), MERGE_DISTANCE * scale)
     scale *= NORMAL_WEIGHT
     for kept in range(most):
         chosen = kept
@@ -64,16 +74,18 @@ def reduce_candidates(scratch, count, most):
                 if scratch[i, 6] < scratch[chosen, 6]:
                     chosen = i
                 continue
-            score = 1e300
-            for j in range(kept):
-                position = 0.0
-                normal = 0.0
-                for k in range(3):
-                    position += (scratch[i, k] - scratch[j, k]) ** 2
-                    normal += (scratch[i, 3 + k] - scratch[j, 3 + k]) ** 2
-                score = min(score, position + scale * scale * normal)
+            # Distance from the nearest of those kept; all but the last were looked at before.
+            position = 0.0
+            normal = 0.0
+            for k in range(3):
+                position += (scratch[i, k] - scratch[kept - 1, k]) ** 2
+                normal += (scratch[i, 3 + k] - scratch[kept - 1, 3 + k]) ** 2
+            nearest = position + scale * scale * normal
+            if kept > 1:
+                nearest = min(nearest, _score(scratch, i))
+            _put_score(scratch, i, nearest)
             rise = max(0.0, scratch[i, 6] - max(0.0, scratch[0, 6])) * falloff
-            score /= 1.0 + rise * rise
+            score = nearest / (1.0 + rise * rise)
             if score > best:
                 best = score
                 chosen = i
@@ -82,6 +94,7 @@ def reduce_candidates(scratch, count, most):
                 other = scratch[kept, k]
                 scratch[kept, k] = scratch[chosen, k]
                 scratch[chosen, k] = other
+            _put_score(scratch, chosen, _score(scratch, kept))
     return most
 
 
@@ -99,7 +112,7 @@ def add_candidate(scratch, count, position, out, gap, feature):
     """Append a candidate unless it is there already; return the new count.
 
     Args:
-        scratch: (256, 8).
+        scratch: (264, 8).
         count: number of candidates.
         position: [m] midway between the surfaces, terrain frame.
         out: unit, from the terrain to the shape.

@@ -4,7 +4,7 @@ Sphere, capsule and box are the points within ``radius`` of a box whose half ext
 two (capsule) or none (box, radius 0). Of a cylinder or hull the table holds a box around it; their corners come in
 turns (terrain_hull.py) or depend on the face they meet (terrain_cylinder.py).
 
-All kernels of a pair of shape and terrain share the caller's (256, 8) scratch table and find what they need there, so a
+All kernels of a pair of shape and terrain share the caller's (264, 8) scratch table and find what they need there, so a
 call passes two or three arguments instead of twenty:
 
     rows        content
@@ -12,10 +12,11 @@ call passes two or three arguments instead of twenty:
     64 ...      features of the terrain (terrain_features.py)
     144         center (3) [m], half extents (3) [m], radius [m], margin [m]
     145, 146    axes: the rotation of the core, row by row (9); its size [m]; the square of its reach from the center
-    [m^2]
+                [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py)
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number
     156 ...     what a kind of terrain needs for itself
+    256 ...     scores of the candidates while they are reduced
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ BOUNDS_ROW = 147
 CORNER_ROW = 148
 FIRST_FREE_ROW = 156
 END_FREE_ROW = 256
+SCORE_ROW = 256
 
 
 @kernel
@@ -98,6 +100,24 @@ def scale_of(scratch):
 
 
 @kernel
+def set_scale(scale, scratch):
+    """Replace the size [m]: a piece of a body has the tolerances of the whole."""
+    scratch[AXES_ROW + 1, 1] = scale
+
+
+@kernel
+def rank_by_motion(motion, scratch):
+    """Let contacts that the ``motion`` [m] within a step cannot close count less than those it can."""
+    scratch[AXES_ROW + 1, 3] = motion
+
+
+@kernel
+def falloff_of(scratch):
+    """[m]"""
+    return scratch[AXES_ROW + 1, 3]
+
+
+@kernel
 def reach_squared_of(scratch):
     """[m^2] square of the radius about the center within which contacts can lie."""
     return scratch[AXES_ROW + 1, 2]
@@ -112,7 +132,7 @@ def put_core(center, axes, half, radius, margin, scratch):
         axes: its rotation, nine floats.
         half, radius: [m].
         margin: [m].
-        scratch: (256, 8).
+        scratch: (264, 8).
     """
     put(scratch, CENTER_ROW, 0, center)
     put(scratch, CENTER_ROW, 3, half)
@@ -122,6 +142,7 @@ def put_core(center, axes, half, radius, margin, scratch):
         scratch[AXES_ROW + (k >> 3), k & 7] = axes[k]
     scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
     scratch[AXES_ROW + 1, 2] = (math.sqrt(vec3.norm_squared(half)) + radius + margin) ** 2
+    scratch[AXES_ROW + 1, 3] = margin
     for k in range(3):
         reach = radius + margin
         for j in range(3):
@@ -153,7 +174,7 @@ def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, mar
         position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
         position_b, rotation_b: place of the terrain.
         margin: [m].
-        scratch: (256, 8).
+        scratch: (264, 8).
     """
     center, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
     half = size_a

@@ -34,6 +34,7 @@ def overlapping_bodies(
     here = vec3.load(position)
     rotation = quat.to_matrix(quat.load(orientation))
     query.margin = 0.0
+    query.motion = 0.0
     for k in range(worlds.shape[0]):
         states = states_of(header, worlds[k])
         query.world = worlds[k]

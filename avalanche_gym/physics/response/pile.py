@@ -13,11 +13,11 @@ from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
 from ..solver.pile import (
+    go_on,
     law_error,
     pile_residual,
     prepare_response,
     remove_overlap,
-    go_on,
     substep,
     to_local,
     to_world,
@@ -72,7 +72,9 @@ def _turn_in_flight(start, flight, time_step, arm):
 
 
 @kernel
-def prepare_contacts(bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, nodes, index):
+def prepare_contacts(
+    bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, nodes, index
+):
     """Fill the rows of the island's contacts; return what free motion violates (solver/residual.py)."""
     violation = 0.0
     share = 1.0 / substeps
@@ -137,7 +139,23 @@ def prepare_contacts(bodies, starts, flown, time_step, substeps, contacts, order
 
 
 @kernel
-def end_pile(bodies, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body, rows, nodes, ends):
+def end_pile(
+    bodies,
+    starts,
+    flown,
+    time_step,
+    substeps,
+    contacts,
+    order,
+    first,
+    last,
+    members,
+    first_body,
+    last_body,
+    rows,
+    nodes,
+    ends,
+):
     """Impulses to the contacts, and the island's bodies to the end of the step."""
     for number in range(first, last):
         contact = contacts[order[number]]

@@ -93,10 +93,10 @@ def sort_contacts(address, workspace_address, world, count):
         if count < 0:
             return -1
         num_old = world_entry(header.num_contacts, world)[0]
-        match_contacts(contacts_of(header, world), num_old, contacts, count, span, chains, following)
+        match_contacts(bodies, contacts_of(header, world), num_old, contacts, count, span, chains, following)
     else:
         recent = table(workspace.recent, workspace.recent_size, CONTACT)
-        match_contacts(recent, workspace.num_recent, contacts, count, span, chains, following)
+        match_contacts(bodies, recent, workspace.num_recent, contacts, count, span, chains, following)
     workspace.num_islands = find_islands(
         bodies,
         contacts,

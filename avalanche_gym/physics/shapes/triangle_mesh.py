@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import mass_properties, model
 from . import checks
+from .self_crossing import crossing_faces
 from .shape import Shape
 
 
@@ -68,7 +69,13 @@ class TriangleMesh(Shape):
         factor = checks.positive_number("TriangleMesh.from_file(scale)", scale)
         if not os.path.isfile(path):
             raise ValueError(f"TriangleMesh.from_file(path)={os.fspath(path)!r} is not a file. Check the path.")
-        mesh = trimesh.load_mesh(path)
+        try:
+            mesh = trimesh.load_mesh(path)
+        except Exception as error:  # loaders of many formats, each with errors of its own
+            raise ValueError(
+                f"TriangleMesh.from_file(path)={os.fspath(path)!r} cannot be read: {error}. Give a file that trimesh "
+                "reads, such as STL, OBJ, PLY or GLB."
+            ) from error
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             raise ValueError(
                 f"TriangleMesh.from_file(path)={os.fspath(path)!r} holds no triangles. Export a triangle mesh."
@@ -88,6 +95,12 @@ class TriangleMesh(Shape):
         forward = np.sort(start * count + end)
         backward = np.sort(end * count + start)
         return bool((np.diff(forward) > 0).all() and np.array_equal(forward, backward))
+
+    @cached_property
+    def crossing_faces(self) -> NDArray[np.int64]:
+        """(k, 2) pairs of faces that cross each other; vertices at exactly the same point count as one."""
+        points, merged = np.unique(self.vertices, axis=0, return_inverse=True)
+        return crossing_faces(points, merged.reshape(-1)[self.faces])
 
     @property
     def size(self) -> tuple[float, float, float]:
@@ -115,5 +128,13 @@ class TriangleMesh(Shape):
             raise ValueError(
                 "TriangleMesh is open (an edge lacks its neighbour, or faces turn both ways), so it has no volume. "
                 'Close it (trimesh.repair.fill_holes, fix_normals), use ConvexHull(vertices), or give motion="static".'
+            )
+        crossing = self.crossing_faces
+        if len(crossing):
+            pairs = "one pair" if len(crossing) == 1 else f"{len(crossing)} pairs"
+            raise ValueError(
+                f"TriangleMesh crosses itself: {pairs} of faces do, the first one {crossing[0].tolist()}, so it has no "
+                "clear inside. Unite its parts (trimesh.boolean.union), make them parts of a Compound, or use "
+                "ConvexHull(vertices)."
             )
         return mass_properties.of_mesh(self.vertices, self.faces)

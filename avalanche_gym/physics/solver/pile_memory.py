@@ -17,7 +17,10 @@ PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are 
         ("prescribed", np.float64, 3),  # [m/s] relative velocity of what is not dynamic, and of moving surfaces
         ("local", np.float64, 6),  # W [1/kg]: nn, n1, n2, 11, 12, 22
         ("inverse", np.float64, 6),  # of W [kg], in the same order
-        ("slide", np.float64),  # [kg] of a step along the surface that cannot overshoot: 1 / the larger eigenvalue of W's tangent part
+        (
+            "slide",
+            np.float64,
+        ),  # [kg] of a step along the surface that cannot overshoot: 1 / the larger eigenvalue of W's tangent part
         ("impulse", np.float64, 3),  # [N s] of the present substep
         ("total", np.float64, 3),  # [N s] of the step
         ("lasting", np.int64),  # 1: it touches all the while
