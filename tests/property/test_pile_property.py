@@ -56,6 +56,8 @@ def test_an_impulse_moves_the_contact_by_its_response(seed: int) -> None:
     change = np.random.default_rng(seed + 1).normal(size=3)
     push_bodies(row, nodes, tuple(change))
     frame = np.array([row["normal"], row["t1"], row["t2"]])
-    ends = [node["velocity"] + np.cross(node["spin"], row[arm]) for node, arm in zip(nodes, ("arm_a", "arm_b"), strict=True)]
+    ends = [
+        node["velocity"] + np.cross(node["spin"], row[arm]) for node, arm in zip(nodes, ("arm_a", "arm_b"), strict=True)
+    ]
     expected = contact_response(row, nodes) @ change
     assert np.allclose(frame @ (ends[1] - ends[0]), expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max())
