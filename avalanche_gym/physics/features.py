@@ -54,6 +54,8 @@ def describe_features(scene: Scene, storage: Storage) -> Features:
         "triangle meshes": bool((shapes == MESH).any()),
         "moving heights": bool(header["moving_heights"]),
         "heights per world": bool(header["height_worlds"] > 1),
+        "pile tier": bool(header["step_pile"]),
+        "sleeping": bool(header["sleeping"]),
     }
     flows = {}
     for index, body in enumerate(scene.bodies):

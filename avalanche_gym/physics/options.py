@@ -19,8 +19,7 @@ class Options:
     tolerance: float = 1e-12
     """Relative residual that the contact solver aims at. 1e-6 saves iterations where bodies slide or jam."""
     substeps: int = 8
-    """Substeps of the pile tier, for large islands while they move. Twice as many cost 0.1 us a contact more and halve
-    what is left undone."""
+    """Substeps of the pile tier, for large islands that move. More leave less of the contact law undone."""
     max_iterations: int = 60
     """Factorisations that the exact tier may spend on one island and step. Only islands that stall get there."""
     events: bool = True

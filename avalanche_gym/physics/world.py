@@ -484,7 +484,7 @@ class World:
         return self._measure()[1][:, 3:]
 
     def contacts(self, world: int = 0) -> NDArray[Any]:
-        """The contacts of the last step of one world, as records of CONTACT_DTYPE; those of sleeping islands come last."""
+        """The contacts of the last step of one world, as records of CONTACT_DTYPE; those of what sleeps come last."""
         number = select_world(self, "contacts", world)
         arrays = self._storage.arrays
         rows = arrays["contacts"][number, : arrays["num_contacts"][number]]

@@ -1,18 +1,17 @@
 """Sleep: islands in balance are left alone until something disturbs them.
 
-*Balance.* Flight adds gain = v_flown - v to the velocity of a body in a step, and its contacts take it away again. A body
-is still if it moves by less than a fraction of its size in a step, at both ends of the step, and what the contacts leave
-of the gain is small against it. So nothing sleeps at the top of its flight, however slow it is there. An island whose
-bodies have all been still for STILL_STEPS steps in a row falls asleep: velocities become exactly zero, and its contacts
-move to a table of their own, with the impulses that bear it.
+*Balance.* Flight adds gain = v_flown - v to the velocity of a body in a step, and its contacts take it away again. A
+body is still if it moves by less than a fraction of its size in a step, at both ends of the step, and what the
+contacts leave of the gain is small against it. So nothing sleeps at the top of its flight, however slow it is there.
+An island whose bodies have all been still for STILL_STEPS steps in a row falls asleep: velocities become exactly
+zero, and its contacts move to a table of their own, with the impulses that bear it.
 
 *Asleep.* Nothing of the island is flown, collided or solved; a world in which all sleeps does nothing in a step.
 
-*Waking.* When an awake or moving body touches one of the island, or is about to; when the user acts on a body of it, or
-on anything that is not dynamic (it may carry any island). The impulses come back with the contacts, so an island that was
-woken for nothing goes on resting.
-
-What rests on moving ground or a moving kinematic body stays awake, and so does what a held force acts on.
+*Waking.* When an awake or moving body touches one of the island, or is about to; when the user acts on a body of it,
+or on anything that is not dynamic (it may carry any island). The impulses come back with the contacts, so an island
+that was woken for nothing goes on resting. What rests on moving ground or a moving kinematic body stays awake, and so
+does what a held force acts on.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ from .prediction import OVERLAP
 STILL_STEPS = 60
 # A still body moves by less than this fraction of its size in a step, and keeps less than this share of what flight
 # adds to its velocity. Asleep, it no longer moves by that: the error that sleeping makes.
-STILL, BALANCED = 1e-8, 1e-6
+STILL, BALANCED = 1e-6, 1e-4
 # The same for islands that the pile tier carries, whose bodies tremble as much as its sweeps leave undone.
 CROWD_STILL, CROWD_BALANCED = 4e-3, 0.1
 
@@ -57,7 +56,7 @@ def _moves(body, state):
     if body.motion != KINEMATIC:
         return False
     total = vec3.norm_squared(vec3.load(state.velocity)) + vec3.norm_squared(vec3.load(state.angular_velocity))
-    return not total == 0.0
+    return total != 0.0
 
 
 @kernel

@@ -210,7 +210,7 @@ def certify_pile_island(
     bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, rows, nodes,
     index, ends, tolerance,
 ):  # fmt: skip
-    """Where the impulses of the last step solve this one and nothing moves: bodies of the island to the end of the step.
+    """Where the impulses of the last step solve this one and nothing moves: the island's bodies to the end of the step.
 
     Returns the residual, or -1 if that is more than ``tolerance`` and nothing was changed.
     """

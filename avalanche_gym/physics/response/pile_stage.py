@@ -1,8 +1,9 @@
 """The stage of the pile tier, and which islands go there.
 
-An island is for the pile tier if it is large, its bodies touch in rings (a stack or a chain costs the exact tier no more
-than its length), and it moves. Once it hardly moves the impulses of the last step are certified; if they are no solution,
-the exact tier tries. If that fails the pile tier goes on, and the exact tier waits twice as long before it tries again.
+An island is for the pile tier if it is large, its bodies touch in rings (a stack or a chain costs the exact tier no
+more than its length), and it moves. Once it hardly moves the impulses of the last step are certified; if they are no
+solution, the exact tier tries. If that fails the pile tier goes on, and the exact tier waits twice as long before it
+tries again.
 """
 
 from __future__ import annotations

@@ -10,7 +10,9 @@ A contact is solved in its own frame (normal, t1, t2), W its 3 x 3 response and 
 
     stick   r <- r - W^-1 u                                        if that lies in the cone
     open    r <- 0                                                 if without impulse it would part
-    slip    r_n <- max(r_n - u_n / W_nn, 0),   r_t <- the nearest point of |r_t| <= mu r_n to r_t - u_t / w,  w the larger eigenvalue of W_tt
+    slip    r_n <- max(r_n - u_n / W_nn, 0),   r_t <- the nearest point of |r_t| <= mu r_n to r_t - u_t / w
+
+with w the larger eigenvalue of W_tt.
 
 What stays unchanged under all three obeys the contact law exactly; the slip step is no exact local solution, which a
 sweep that is followed by others does not need.
