@@ -46,6 +46,7 @@ def describe_features(scene: Scene, storage: Storage) -> Features:
         "hash grid": storage.grid,
         "friction": collisions and bool(bodies["friction"].any() or np.nan_to_num(rules["friction"]).any()),
         "restitution": collisions and bool(header["restitution"]),
+        "located impacts": collisions and bool(header["events"]),
         "rolling friction": collisions and bool(bodies["rolling_friction"].any()),
         "torsional friction": collisions and bool(bodies["torsional_friction"].any()),
         "height fields": bool((shapes == HEIGHT_FIELD).any()),

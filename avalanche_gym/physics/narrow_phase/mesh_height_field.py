@@ -159,7 +159,7 @@ def collide_mesh_height_field(
                     vertices, faces, nodes, here, origin, axes, grid, heights, rows, columns, highest, scratch, found
                 )
             node += 1
-        if found > 0 or reach == margin:
+        if found > 0 or not reach < margin:
             break
         reach = margin
     first = count
@@ -259,7 +259,7 @@ def collide_mesh_smooth_field(
                 rank_by_motion(motion, scratch)
                 found = _leaf_on_spline(vertices, faces, here, origin, axes, patch, c, highest, scratch, found)
             node += 1
-        if found > 0 or reach == margin:
+        if found > 0 or not reach < margin:
             break
         reach = margin
     number_alike(scratch, found)

@@ -142,7 +142,7 @@ def _collide(
                     own, here, origin, axes, second, scale, other, mesh_b.two_sided == 1, scratch, found
                 )
             node += 1
-        if found > 0 or reach == margin:
+        if found > 0 or not reach < margin:
             break
         reach = margin
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

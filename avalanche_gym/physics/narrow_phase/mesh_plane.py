@@ -74,7 +74,7 @@ def collide_plane_mesh(
                             position = (place[0], place[1], 0.5 * place[2])
                             found = add_candidate(scratch, found, position, DOWN, place[2], feature)
             node += 1
-        if found > 0 or reach == margin:
+        if found > 0 or not reach < margin:
             break
         reach = margin
     return emit_candidates(scratch, found, position_a, rotation_a, contacts, count)

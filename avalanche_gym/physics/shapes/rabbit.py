@@ -43,8 +43,8 @@ def rabbit(
         ValueError: so few triangles that its ears or feet do not come out.
     """
     height = checks.positive_number("rabbit(height)", height)
-    if not 200 <= triangles <= 1_000_000:
-        raise ValueError(f"rabbit(triangles)={triangles!r}; allowed are 200 (below, ears break) to 1,000,000.")
+    if not 600 <= triangles <= 1_000_000:
+        raise ValueError(f"rabbit(triangles)={triangles!r}; allowed are 600 (below, ears break) to 1,000,000.")
     variation = checks.non_negative_number("rabbit(variation)", variation)
     centers = np.array([part[0] for part in PARTS])
     halves = np.array([part[1] for part in PARTS])

@@ -1,0 +1,128 @@
+"""Contacts of moving meshes against distances by all triangles."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from avalanche_gym.physics.shapes import TriangleMesh
+from avalanche_gym.physics.shapes.icosphere import icosphere
+from avalanche_gym.physics.shapes.planet import bumpy_planet
+from avalanche_gym.physics.shapes.ring_solids import gear, torus
+from avalanche_gym.physics.shapes.thread import Thread, bolt, nut
+from tests.oracles import mesh_oracle as oracle
+from tests.oracles import terrain_oracle
+
+SOLIDS = (
+    gear(0.1, 0.05, teeth=4),
+    torus(0.1, 0.03, segments=10, sides=5),
+    bumpy_planet(0.1, np.random.default_rng(0), subdivisions=1, amplitude=0.4, bumps=5),
+)
+
+
+def random_place(rng):
+    return np.zeros(3), Rotation.random(random_state=rng).as_matrix()
+
+
+def brought_near(first, place, second, gap, rng):
+    """A place of the second mesh, turned at random, at about this distance from the first; and the distance."""
+    turn = Rotation.random(random_state=rng).as_matrix()
+    direction = rng.normal(size=3)
+    direction /= np.linalg.norm(direction)
+    triangles = oracle.placed(first, place)
+    near, far = 0.0, 0.5
+    for _ in range(9):
+        along = 0.5 * (near + far)
+        other = oracle.placed(second, (along * direction, turn))
+        overlap = oracle.is_inside(other.reshape(-1, 3), triangles).any()
+        overlap |= oracle.is_inside(triangles.reshape(-1, 3), other).any()
+        distance = 0.0 if overlap else oracle.mesh_distance(triangles, other)
+        if 0.3 * gap < distance < gap:
+            return (along * direction, turn), distance
+        near, far = (along, far) if distance < gap else (near, along)
+    return None, 0.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_smallest_gap_is_the_distance(seed):
+    rng = np.random.default_rng(seed)
+    first, second = (SOLIDS[k] for k in rng.integers(0, 3, 2))
+    place = random_place(rng)
+    other, distance = brought_near(first, place, second, 0.004, rng)
+    if other is None:
+        pytest.skip("these two only overlap or stay apart along this line")
+    contacts = oracle.meshes_contacts(first, place, second, other, 0.006)
+    assert contacts["gap"].min() == pytest.approx(distance, rel=1e-9)
+    swapped = oracle.meshes_contacts(second, other, first, place, 0.006)
+    assert swapped["gap"].min() == pytest.approx(distance, rel=1e-9)
+    # The two points of the deepest contact lie on the surfaces.
+    deepest = contacts[contacts["gap"].argmin()]
+    for mesh, at, side in ((first, place, -0.5), (second, other, 0.5)):
+        point = deepest["position"] + side * deepest["gap"] * deepest["normal"]
+        assert oracle.distances(point[None], oracle.placed(mesh, at))[0] < 1e-12
+
+
+def test_order_of_two_meshes_does_not_matter():
+    place = (np.array([0.0, 0.0, 0.161]), Rotation.from_euler("x", 0.1).as_matrix())
+    one = oracle.meshes_contacts(SOLIDS[0], oracle.IDENTITY, SOLIDS[1], place, 0.12)
+    other = oracle.meshes_contacts(SOLIDS[1], place, SOLIDS[0], oracle.IDENTITY, 0.12)
+    assert len(one) == len(other) > 0
+    for a in one:
+        match = [b for b in other if np.allclose(a["position"], b["position"], atol=1e-12)]
+        assert match and np.allclose(match[0]["normal"], -a["normal"], atol=1e-12)
+
+
+def test_overlap_is_the_depth_of_the_vertices():
+    vertices, faces = icosphere(2)
+    ball = TriangleMesh(0.1 * vertices, faces)
+    slab = gear(1.0, 0.2, teeth=4, bore=0.01)
+    depth = 1e-3
+    place = (np.array([0.4, 0.1, 0.1 - (0.1 * vertices[:, 2]).min() - depth]), np.eye(3))
+    contacts = oracle.meshes_contacts(slab, oracle.IDENTITY, ball, place, 0.005)
+    assert contacts["gap"].min() == pytest.approx(-depth, rel=1e-9)
+    np.testing.assert_allclose(contacts["normal"], [[0, 0, 1]] * len(contacts), atol=1e-12)
+
+
+def test_threads_touch_neighbouring_turns_only():
+    thread = Thread(0.01, 0.004, 0.002)
+    rod, ring = bolt(thread, 4, segments=12), nut(thread, 1, clearance=2e-4, segments=12)
+    place = (np.array([0.0, 0.0, 1.0 * thread.pitch]), np.eye(3))
+    distance = oracle.mesh_distance(oracle.placed(rod, oracle.IDENTITY), oracle.placed(ring, place))
+    contacts = oracle.meshes_contacts(rod, oracle.IDENTITY, ring, place, 5e-4)
+    assert len(contacts) == 12
+    assert contacts["gap"].min() == pytest.approx(distance, rel=1e-9)
+    # A little too deep: still no contact with the turn beyond.
+    lower = (place[0] - (0.0, 0.0, 3e-4), place[1])
+    contacts = oracle.meshes_contacts(rod, oracle.IDENTITY, ring, lower, 5e-4)
+    assert -2e-4 < contacts["gap"].min() < 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_height_field_is_the_mesh_of_its_facets(seed):
+    rng = np.random.default_rng(seed)
+    heights = 0.05 * rng.random((9, 9))
+    ground = TriangleMesh(*terrain_oracle.grid_mesh(heights, (1.0, 1.0)))
+    field = terrain_oracle.height_field(heights, (1.0, 1.0))
+    turn = Rotation.random(random_state=rng).as_matrix()
+    solid = SOLIDS[seed % 3]
+    lowest = (solid.vertices @ turn.T)[:, 2].min()
+    place = (np.array([0.02, 0.03, 0.05 - lowest]), turn)
+    distance = oracle.mesh_distance(oracle.placed(ground, oracle.IDENTITY), oracle.placed(solid, place))
+    place[0][2] -= 0.9 * distance  # still apart
+    distance = oracle.mesh_distance(oracle.placed(ground, oracle.IDENTITY), oracle.placed(solid, place))
+    on_field = oracle.field_mesh_contacts(field, solid, place, 2.0 * distance)
+    on_mesh = oracle.meshes_contacts(ground, oracle.IDENTITY, solid, place, 2.0 * distance)
+    assert on_field["gap"].min() == pytest.approx(distance, rel=1e-9)
+    assert on_mesh["gap"].min() == pytest.approx(distance, rel=1e-9)
+
+
+def test_what_is_near_is_listed_without_what_is_far():
+    """With little motion, contacts farther off are left out where something is nearer."""
+    vertices, faces = icosphere(3)
+    ball = TriangleMesh(0.1 * vertices, faces)
+    field = terrain_oracle.height_field(np.zeros((3, 3)), (2.0, 2.0))
+    place = (np.array([0.0, 0.0, -(0.1 * vertices[:, 2]).min() + 1e-4]), np.eye(3))
+    all_near = oracle.field_mesh_contacts(field, ball, place, 5e-3)
+    near = oracle.field_mesh_contacts(field, ball, place, 5e-3, motion=1e-4)
+    assert near["gap"].max() <= 2e-4 + 0.05 * 5e-3 < all_near["gap"].max()
+    far = (place[0] + (0.0, 0.0, 3e-3), place[1])
+    assert len(oracle.field_mesh_contacts(field, ball, far, 5e-3, motion=1e-4)) > 0
