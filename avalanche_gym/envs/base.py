@@ -57,7 +57,7 @@ class BatchedTask(ABC):
     action_size: ClassVar[int]
     term_names: ClassVar[tuple[str, ...]]
     control_interval: ClassVar[float]  # [s] of one environment step
-    default_time_step: ClassVar[float]  # [s]
+    default_options: ClassVar[physics.Options]  # of the physics; their time_step divides control_interval
     level_ranges: ClassVar[Mapping[str, Any]]  # dataclass of ranges by level
     draws: ClassVar[int]  # uniform random numbers that start an episode
     lane_dtype: ClassVar[np.dtype[Any]]  # what the task remembers of a lane
@@ -83,7 +83,7 @@ class BatchedTask(ABC):
             )
         self.num_envs = int(num_envs)
         self.level = level
-        self.options = options or physics.Options(time_step=self.default_time_step, sleeping=False)
+        self.options = options or self.default_options
         self.num_steps = self._steps_per_interval()
         self.ranges = self._with_ranges(self.level_ranges[level], ranges)
         self.range_record = _as_record(self.ranges)
@@ -228,7 +228,7 @@ class BatchedTask(ABC):
             raise ValueError(
                 f"{self.name}(options=Options(time_step={self.options.time_step!r})): one environment step lasts "
                 f"{self.control_interval} s and must hold a whole number of physics steps. "
-                f"Give a time_step of {self.control_interval} / n, for example {self.default_time_step}."
+                f"Give a time_step of {self.control_interval} / n, for example {self.default_options.time_step}."
             )
         return steps
 

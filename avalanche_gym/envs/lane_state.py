@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from .. import physics
 
+CONTACT_TABLES = ("contacts", "asleep_contacts")
+
 
 @dataclass(frozen=True, eq=False)
 class LaneState:
@@ -34,7 +36,8 @@ def world_of_lane(arrays: Mapping[str, NDArray[Any]], lane: int, num_worlds: int
     """One world of a snapshot; tables that all worlds share are kept whole."""
     found = {name: array[lane if len(array) == num_worlds else 0].copy() for name, array in arrays.items()}
     # Rows beyond the count are left over from earlier steps and say nothing.
-    found["contacts"] = found["contacts"][: found["num_contacts"]].copy()
+    for name in CONTACT_TABLES:
+        found[name] = found[name][: found[f"num_{name}"]].copy()
     return found
 
 
@@ -42,15 +45,16 @@ def restore_worlds(world: physics.World, lanes: Mapping[int, Mapping[str, NDArra
     """Write worlds that ``world_of_lane`` cut out into the given lanes; the other lanes keep every bit."""
     snapshot = world.snapshot()
     arrays = snapshot.arrays
-    most = max(len(saved["contacts"]) for saved in lanes.values())
-    contacts = arrays["contacts"]
-    if contacts.shape[1] < most:
-        arrays["contacts"] = np.zeros((len(contacts), most), contacts.dtype)
-        arrays["contacts"][:, : contacts.shape[1]] = contacts
+    for table in CONTACT_TABLES:
+        most = max(len(saved[table]) for saved in lanes.values())
+        contacts = arrays[table]
+        if contacts.shape[1] < most:
+            arrays[table] = np.zeros((len(contacts), most), contacts.dtype)
+            arrays[table][:, : contacts.shape[1]] = contacts
     for lane, saved in lanes.items():
         for name, value in saved.items():
             array = arrays[name]
-            if name == "contacts":
+            if name in CONTACT_TABLES:
                 array[lane, : len(value)] = value
             elif len(array) == world.num_worlds:
                 array[lane] = value

@@ -1,5 +1,10 @@
 """The rigid-body engine. It knows nothing of Gymnasium."""
 
+from .numba_start import load_numba
+
+load_numba()
+
+# ruff: noqa: E402  (Numba has to be loaded before the modules with kernels)
 from .errors import PhysicsError
 from .options import Options
 from .report import Features, StepReport

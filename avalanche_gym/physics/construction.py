@@ -51,7 +51,7 @@ class Tables:
     arrays: dict[str, NDArray[Any]]
     public: dict[str, NDArray[np.float64]]  # (bodies, 3 | 4) the initial public arrays
     materials: list[Material]
-    height_fields: dict[int, int]  # row in the table of height fields by body handle
+    shapes: ShapeTables
 
 
 def conjugate(q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -84,7 +84,7 @@ def build_tables(scene: Scene) -> Tables:
             continue
         if body.material not in materials:
             materials.append(body.material)
-        own, parts = _rows_of(body)
+        own, parts = rows_of(body)
         rows[handle] = own
         rows["material"][handle] = materials.index(body.material)
         rows["first_collider"][handle] = len(colliders)
@@ -95,6 +95,21 @@ def build_tables(scene: Scene) -> Tables:
             colliders.append(collider)
         for name in public:
             public[name][handle] = getattr(body, name)
+    arrays = {
+        "bodies": rows,
+        "states": np.zeros(len(bodies), BODY_STATE),
+        "colliders": np.array(colliders, COLLIDER).reshape(-1),
+        "fields": _field_rows(scene.fields),
+        "pair_rules": rules_of(scene, materials),
+        "pair_functions": np.zeros(NUM_SHAPES * NUM_SHAPES, np.int64),
+        "nearest_functions": np.zeros(NUM_SHAPES, np.int64),
+        **shapes.arrays(),
+    }
+    return Tables(arrays, public, materials, shapes)
+
+
+def rules_of(scene: Scene, materials: list[Material]) -> NDArray[Any]:
+    """(materials * materials,) what ``set_pair`` fixed, NaN for the rest."""
     rules = np.zeros((len(materials), len(materials)), PAIR_RULE)
     rules["friction"] = rules["restitution"] = math.nan
     for (a, b), (friction, restitution) in scene.pair_rules.items():
@@ -104,22 +119,13 @@ def build_tables(scene: Scene) -> Tables:
                     math.nan if friction is None else friction,
                     math.nan if restitution is None else restitution,
                 )
-    arrays = {
-        "bodies": rows,
-        "states": np.zeros(len(bodies), BODY_STATE),
-        "colliders": np.array(colliders, COLLIDER).reshape(-1),
-        "fields": _field_rows(scene.fields),
-        "pair_rules": rules.reshape(-1),
-        "pair_functions": np.zeros(NUM_SHAPES * NUM_SHAPES, np.int64),
-        **shapes.arrays(),
-    }
-    return Tables(arrays, public, materials, shapes.height_field_rows)
+    return rules.reshape(-1)
 
 
 _ROWS: WeakKeyDictionary[Body, tuple[NDArray[Any], list[NDArray[Any]]]] = WeakKeyDictionary()
 
 
-def _rows_of(body: Body) -> tuple[NDArray[Any], list[NDArray[Any]]]:
+def rows_of(body: Body) -> tuple[NDArray[Any], list[NDArray[Any]]]:
     """What a body alone decides of its row () and of those of its colliders, each ().
 
     Made once: a running world is built anew whenever a body comes or goes, and the others are the same as before.
@@ -180,6 +186,12 @@ class ShapeTables:
         self._height_fields: list[HeightField] = []
         self._hulls: list[ConvexHull] = []
         self._meshes: list[TriangleMesh] = []
+
+    def knows(self, shape: Any) -> bool:
+        """Whether a collider of this shape needs no new row."""
+        if isinstance(shape, ConvexHull):
+            return shape in self._hulls
+        return shape in self._meshes if isinstance(shape, TriangleMesh) else not isinstance(shape, HeightField)
 
     def add(self, handle: int, shape: Any, collider: Any) -> None:
         """Give a collider its row in the table of its shape."""

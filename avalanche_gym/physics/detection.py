@@ -8,12 +8,26 @@ import numpy as np
 
 from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
+from .broad_phase.candidates import meeting_pairs, update_candidates
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK
+from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import fly
-from .jit import kernel, stage
+from .jit import call_stage, kernel, stage
 from .maths import vec3
-from .memory import bodies_of, colliders_of, fields_of, header_at, starts_of, states_of, table, workspace_at
+from .memory import (
+    bodies_of,
+    colliders_of,
+    fields_of,
+    grid_of,
+    grid_tables_of,
+    header_at,
+    rest_of,
+    starts_of,
+    states_of,
+    table,
+    workspace_at,
+)
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
@@ -30,12 +44,17 @@ def fly_bodies(address, workspace_address, world):
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     states = states_of(header, world)
+    rest = rest_of(header, world)
     fields = fields_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     for index in range(header.num_bodies):
-        fly(states[index], bodies[index], fields, header.time_step, flown[index])
-        ends[index] = flown[index]
+        if rest[index].asleep == 0:
+            fly(states[index], bodies[index], fields, header.time_step, flown[index])
+            ends[index] = flown[index]
+        else:
+            flown[index] = states[index]
+            ends[index] = states[index]
     return 0
 
 
@@ -64,11 +83,9 @@ def _turn(body, start, end, time_step):
     return spin * time_step
 
 
-@stage
-def find_pairs(address, workspace_address, world):
-    """Fill ``boxes`` and ``pairs`` of the workspace; return the number of pairs."""
-    header = header_at(address)
-    workspace = workspace_at(workspace_address)
+@kernel
+def _sweep_boxes(header, workspace, world):
+    """Fill ``boxes`` of the workspace with the bounds of every body over the step."""
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     colliders = colliders_of(header)
@@ -79,7 +96,39 @@ def find_pairs(address, workspace_address, world):
         turned = _turn(body, states[index], flown[index], header.time_step)
         slack = SLACK * body.size if body.motion == DYNAMIC else 0.0
         swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
-    return all_pairs(bodies, boxes, table(workspace.pairs, workspace.pairs_size, np.int64))
+    return boxes
+
+
+@stage
+def find_pairs(address, workspace_address, world):
+    """Fill ``boxes`` and ``pairs`` of the workspace; return the number of pairs. For few bodies: each with each."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    boxes = _sweep_boxes(header, workspace, world)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    return drop_sleeping_pairs(header, world, pairs, all_pairs(bodies_of(header, world), boxes, pairs))
+
+
+@stage
+def find_pairs_in_grid(address, workspace_address, world):
+    """The same pairs in the same order, for many bodies: from the grid of this world."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    boxes = _sweep_boxes(header, workspace, world)
+    grid = grid_of(header, world)
+    proxies, cells, candidates = grid_tables_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    moved = table(workspace.body_starts, workspace.body_starts_size, np.int64)
+    found = table(workspace.found, workspace.found_size, np.int64)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    count = update_candidates(
+        grid, bodies_of(header, world), states_of(header, world), flown, boxes, proxies, cells, candidates, moved,
+        found, pairs,
+    )  # fmt: skip
+    if grid.valid == 0:
+        # There is no room for them: the caller learns how many there are.
+        return max(count, workspace.pairs_size)
+    return drop_sleeping_pairs(header, world, pairs, meeting_pairs(candidates, count, boxes, pairs))
 
 
 @stage
@@ -103,6 +152,7 @@ def find_contacts(address, workspace_address, world, num_pairs):
     span = workspace.span
     rise = (workspace.elapsed + span) * fastest_rate(header, world) if header.moving_heights == 1 else 0.0
     count = np.int64(0)
+    workspace.num_pairs = num_pairs
     for pair in range(num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
@@ -118,6 +168,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
                 # The table of heights is that of the start of the step.
                 drift = vec3.scale(workspace.elapsed, vec3.load(contacts[index].surface_velocity))
                 contacts[index].gap += vec3.dot(vec3.load(contacts[index].normal), drift)
+    if header.hide_seams != 0 and count <= contacts.shape[0]:
+        return call_stage(header.hide_seams, address, workspace_address, world, count)
     return count
 
 
@@ -166,6 +218,10 @@ def follow_contacts(address, workspace_address, world, first, last):
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
+                if header.cross_seams != 0 and count <= asked.shape[0]:
+                    count = call_stage(
+                        header.cross_seams, address, workspace_address, world, pair, count, workspace.predicted
+                    )
                 # To pass through the thinnest sheet a body has to move by its whole thickness.
                 apart = moved < 2.0 * contact.size and count <= asked.shape[0]
                 for number in range(min(count, asked.shape[0])):
@@ -173,28 +229,38 @@ def follow_contacts(address, workspace_address, world, first, last):
         if closing:
             if apart:
                 # What is not found again is farther away than was asked for.
-                contact.end_gap = SLACK * contact.size
-                for number in range(count):
-                    if _same(asked[number].feature, contact.feature):
-                        contact.end_gap = max(asked[number].gap, 0.0)
+                number = _find(asked, count, contact)
+                contact.end_gap = max(asked[number].gap, 0.0) if number >= 0 else SLACK * contact.size
             continue
-        for number in range(min(count, asked.shape[0])):
+        number = _find(asked, min(count, asked.shape[0]), contact)
+        if number >= 0:
             found = asked[number]
-            if _same(found.feature, contact.feature):
-                normal = vec3.load(found.normal)
-                drift = vec3.scale(workspace.elapsed + workspace.span, vec3.load(contact.surface_velocity))
-                rise = vec3.dot(normal, drift)
-                vec3.store(contact.end_normal, normal)
-                vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
-                contact.end_gap = found.gap + rise
-                break
+            normal = vec3.load(found.normal)
+            drift = vec3.scale(workspace.elapsed + workspace.span, vec3.load(contact.surface_velocity))
+            rise = vec3.dot(normal, drift)
+            vec3.store(contact.end_normal, normal)
+            vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
+            contact.end_gap = found.gap + rise
     return 0
 
 
 @kernel
-def _same(one, other):
-    """Whether two features are the same, or the same point of a body on another part of the terrain."""
-    return one == other or (one >= SLIDING and one >> PLACE_BITS == other >> PLACE_BITS)
+def _find(asked, count, contact):
+    """Which of the contacts is this one: the same feature, or the same point of a body on another part of the terrain.
+
+    A point can touch several parts at once, as in a valley; of other parts the one that is most alike counts. -1: none.
+    """
+    best = -1.0
+    chosen = -1
+    for number in range(count):
+        if asked[number].feature == contact.feature:
+            return number
+        if contact.feature >= SLIDING and asked[number].feature >> PLACE_BITS == contact.feature >> PLACE_BITS:
+            alike = vec3.dot(vec3.load(asked[number].normal), vec3.load(contact.start_normal))
+            if alike > best:
+                best = alike
+                chosen = number
+    return chosen
 
 
 @kernel

@@ -30,6 +30,7 @@ from .memory import (
     fields_of,
     header_at,
     report_of,
+    rest_of,
     states_of,
     table,
     workspace_at,
@@ -39,9 +40,11 @@ from .model import (
     BODY_STATE,
     CONTACT,
     CONTACTS_FULL,
+    CROWD,
     DYNAMIC,
     KINEMATIC,
     LAST,
+    LEAST_BODIES,
     LIVELY,
     OK,
     PAIRS_FULL,
@@ -62,6 +65,10 @@ DONE = 3
 NO_REBOUND = 128
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
+
+# The group of what the pile tier has stepped, and of what is asleep: it is not stopped for those who come near it, and
+# what they meet is found in the next step.
+APART = -2
 
 # What a group says in place of a status: it met a body of another island.
 MET = -1
@@ -97,6 +104,7 @@ def step_groups(address, workspace_address, world):
     states = states_of(header, world)
     begins = _bodies_table(header, workspace.begins)
     group = _numbers(header, workspace.group)
+    rest = rest_of(header, world)
     waits = table(workspace.waits, workspace.waits_size, np.int64)
     island = _numbers(header, workspace.island)
     waiting = workspace.waiting
@@ -108,7 +116,9 @@ def step_groups(address, workspace_address, world):
     # Parts count their islands in the same tables; from here on the label of a group says that it waits, or is done.
     num_bodies = header.num_bodies
     for index in range(num_bodies):
-        if group[index] >= 0:
+        if rest[index].asleep != 0 or (group[index] >= 0 and waits[group[index]] == CROWD):
+            group[index] = APART
+        elif group[index] >= 0:
             group[index] += waits[group[index]] * num_bodies
     for index in range(num_bodies):
         while num_bodies <= group[index] < DONE * num_bodies:
@@ -130,7 +140,7 @@ def _keep_finished(workspace, waits):
     count = 0
     for index in range(starts[workspace.num_islands]):
         contact = contacts[index]
-        if waits[contact.island] == 0:
+        if waits[contact.island] == 0 or waits[contact.island] == CROWD:
             kept[count] = contact
             count += 1
     workspace.num_kept = count
@@ -184,9 +194,11 @@ def _step_group(address, workspace_address, world, label):
     events = 0
     spent = 0
     most = min(MOST_PARTS, max(FEWEST_PARTS, MOST_BODY_PARTS // count))
+    # A group for the pile tier is not stopped at every touch.
+    crowd = header.step_pile != 0 and count >= LEAST_BODIES
     while True:
         left = header.time_step - workspace.elapsed
-        workspace.part = TO_IMPACT if spent < most else LAST
+        workspace.part = TO_IMPACT if spent < most and not crowd else LAST
         workspace.span = left
         status, num_contacts = _find(address, workspace_address, world, label, count)
         if status != OK:
@@ -342,6 +354,8 @@ def _pairs(header, workspace, world, label, count):
             mine = group[other] == label
             if bodies[other].num_colliders == 0 or bodies[other].motion == REMOVED or (mine and other <= one):
                 continue
+            if group[other] == APART:
+                continue
             if dull and not mine and bodies[other].motion == DYNAMIC:
                 continue
             if overlap(boxes, one, other):
@@ -417,6 +431,10 @@ def _note_bound(header, workspace, num_contacts, count):
     members = _numbers(header, workspace.members)
     for number in range(count):
         bound[members[number]] = 0
+    # What the group rests on is no member of it.
+    for index in range(num_contacts):
+        bound[contacts[index].body_a] = 0
+        bound[contacts[index].body_b] = 0
     found = False
     for index in range(num_contacts):
         contact = contacts[index]

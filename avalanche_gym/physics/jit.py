@@ -50,41 +50,63 @@ def _names(text: str) -> list[str]:
 
 
 @cache
-def _imported_files(path: Path) -> tuple[Path, ...]:
-    """Files of this package that the file at ``path`` names in its import statements."""
+def _python_files(root: Path) -> frozenset[str]:
+    """Every Python file below a folder."""
     found = []
-    for source, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
+    for folder, folders, names in os.walk(root):
+        folders[:] = [name for name in folders if name != "__pycache__"]
+        found += [os.path.join(folder, name) for name in names if name.endswith(".py")]
+    return frozenset(found)
+
+
+@cache
+def _scan(path: str) -> tuple[bytes, tuple[str, ...]]:
+    """Hash of the file at ``path``, and the files of this package that its import statements name.
+
+    In plain strings: it runs at every start, over every file.
+    """
+    parent = str(PACKAGE_ROOT.parent)
+    found = []
+    with open(path, "rb") as file:
+        content = file.read()
+    for source, names, plain in _IMPORT.findall(content.decode("utf-8")):
         module = source.lstrip(".")
         if plain:
-            modules = [PACKAGE_ROOT.parent.joinpath(*name.split(".")) for name in _names(plain)]
+            modules = [os.path.join(parent, *name.split(".")) for name in _names(plain)]
         else:
-            level = len(source) - len(module)
-            folder = path.parents[level - 1] if level else PACKAGE_ROOT.parent
-            base = folder.joinpath(*module.split(".")) if module else folder
-            modules = [base, *(base / name for name in _names(names))]
+            base = parent
+            if len(source) > len(module):
+                base = path
+                for _ in range(len(source) - len(module)):
+                    base = os.path.dirname(base)
+            if module:
+                base = os.path.join(base, *module.split("."))
+            modules = [base, *(os.path.join(base, name) for name in _names(names))]
         for candidate in modules:
-            found += [
-                file
-                for file in (candidate.with_suffix(".py"), candidate / "__init__.py")
-                if file.is_relative_to(PACKAGE_ROOT) and file.is_file()
-            ]
-    return tuple(dict.fromkeys(found))
+            found += [candidate + ".py", os.path.join(candidate, "__init__.py")]
+    files = _python_files(PACKAGE_ROOT)
+    return hashlib.sha256(content).digest(), tuple(dict.fromkeys(file for file in found if file in files))
+
+
+@cache
+def _resolved(path: str) -> Path:
+    return Path(path).resolve()
 
 
 @cache
 def source_stamp(path: Path) -> str:
     """Hash [hex] over the file at ``path`` and every file of the package it depends on."""
-    seen: set[Path] = set()
-    waiting = [path]
+    seen: set[str] = set()
+    waiting = [str(path)]
     while waiting:
         file = waiting.pop()
         if file not in seen:
             seen.add(file)
-            waiting.extend(_imported_files(file))
+            waiting.extend(_scan(file)[1])
     digest = hashlib.sha256()
     for file in sorted(seen):
-        digest.update(file.name.encode())
-        digest.update(file.read_bytes())
+        digest.update(os.path.basename(file).encode())
+        digest.update(_scan(file)[0])
     return digest.hexdigest()
 
 
@@ -126,7 +148,7 @@ class _Locator(caching._CacheLocator):
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> _Locator:
-        return cls(py_func, str(Path(py_file).resolve()))
+        return cls(py_func, str(_resolved(py_file)))
 
 
 class _CacheImplementation(caching.CompileResultCacheImpl):
@@ -163,10 +185,27 @@ class _AnnouncedCache(_Cache):
             del self._started
 
 
+class _LateCache:
+    """A cache that is opened when it is first asked. Most kernels never are: they are part of what calls them, and that
+    is loaded whole. Opening all of them took a third of a warm start.
+    """
+
+    def __init__(self, function: Function, kind: type[_Cache]) -> None:
+        self._function = function
+        self._kind = kind
+        # Of what is imported now, not of what an editor makes of it until then.
+        source_stamp(_resolved(function.__code__.co_filename))
+
+    def __getattr__(self, name: str) -> Any:
+        opened = self._kind(self._function)
+        self.__dict__.update(load_overload=opened.load_overload, save_overload=opened.save_overload, opened=opened)
+        return getattr(opened, name)
+
+
 def _compiled(function: Function, cache: type[_Cache]) -> Function:
     dispatcher: Any = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
     # Enabling a cache of our own is what ``cache=True`` does, with another locator.
-    dispatcher._cache = cache(function)
+    dispatcher._cache = _LateCache(function, cache)
     # Numba compiles a function anew for every constant that is written in a call of it: f(x, 0) and f(x, 1) are two
     # functions, beside f(x, n). No kernel needs that, and it doubled the time to compile the engine.
     resolve = dispatcher.get_call_template

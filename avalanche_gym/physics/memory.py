@@ -12,6 +12,7 @@ import numpy as np
 from numba import carray, types
 from numba.extending import intrinsic
 
+from .broad_phase.tables import CELL, GRID, PROXY
 from .jit import kernel
 from .model import (
     BODY,
@@ -28,8 +29,10 @@ from .model import (
     NODE_ROW,
     PAIR_RULE,
     REPORT,
+    REST,
     VERTEX_ROW,
 )
+from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.workspace import NODE, ROW
 
 # Tables by name. Those of WORLD_TABLES have one block for each world.
@@ -48,12 +51,16 @@ MODEL_TABLES = {
     "mesh_faces": FACE_ROW,
     "mesh_nodes": NODE_ROW,
     "pair_functions": np.dtype(np.int64),  # (NUM_SHAPES * NUM_SHAPES,) addresses of narrow_phase/pairs.py
+    "nearest_functions": np.dtype(np.int64),  # (NUM_SHAPES,) addresses of the nearest points, for seams.py
 }
 WORLD_TABLES = {
     "bodies": BODY,  # (worlds, bodies)
     "states": BODY_STATE,  # (worlds, bodies)
     "contacts": CONTACT,  # (worlds, capacity)
     "num_contacts": np.dtype(np.int64),  # (worlds,)
+    "rest": REST,  # (worlds, bodies)
+    "asleep_contacts": CONTACT,  # (worlds, capacity, 0 if nothing may sleep)
+    "num_asleep_contacts": np.dtype(np.int64),  # (worlds,)
     "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
     "orientation": np.dtype(np.float64),  # (worlds, bodies, 4)
     "linear_velocity": np.dtype(np.float64),  # (worlds, bodies, 3) [m/s]
@@ -63,12 +70,17 @@ WORLD_TABLES = {
     "height_rates": np.dtype(np.float64),  # (1 or worlds, samples) [m/s]
     "remaining": np.dtype(np.int64),  # (worlds,) steps left in this call
     "reports": REPORT,  # (worlds,)
+    "grids": GRID,  # (worlds,) these four are empty unless the scene has many bodies
+    "proxies": PROXY,  # (worlds, bodies)
+    "cells": CELL,  # (worlds, slots)
+    "candidates": np.dtype(np.int64),  # (worlds, pair capacity)
 }
 
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
-    *("step_groups", "find_impact_time", "strike", "commit"),
+    *("step_groups", "find_impact_time", "strike", "step_pile", "settle", "commit"),
+    *("hide_seams", "cross_seams"),  # 0: no two colliders of this scene are ground together
 )
 
 HEADER = np.dtype(
@@ -79,6 +91,10 @@ HEADER = np.dtype(
         ("num_heights", np.int64),  # samples of all height fields of one world
         ("height_worlds", np.int64),  # 1: all worlds share their heights
         ("contact_capacity", np.int64),  # a world
+        ("num_slots", np.int64),  # cells of the grid, a world: a power of two
+        ("candidate_capacity", np.int64),  # a world
+        ("asleep_capacity", np.int64),
+        ("sleeping", np.int64),  # 0: nothing may sleep
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
         ("restitution", np.int64),  # 0: nothing in this scene bounces
@@ -86,6 +102,7 @@ HEADER = np.dtype(
         ("time_step", np.float64),  # [s]
         ("tolerance", np.float64),
         ("max_iterations", np.int64),
+        ("substeps", np.int64),
         ("events", np.int64),
         *((name, np.int64) for name in STAGES),
         *((name, np.int64) for name in (*MODEL_TABLES, *WORLD_TABLES)),
@@ -109,6 +126,9 @@ WORKSPACE_TABLES = {
     "kept": CONTACT,  # (contact capacity,) of what has been stepped to the end
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
+    "ground_links": np.dtype(np.int64),  # (pair capacity,) next pair of the same dynamic body with ground, or -1
+    "ground_firsts": np.dtype(np.int64),  # (bodies,) first of them, or -1
+    "found": np.dtype(np.int64),  # (pair capacity,) new candidates of the grid
     "contacts": CONTACT,  # (contact capacity,)
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
@@ -119,14 +139,18 @@ WORKSPACE_TABLES = {
     "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
     "clipping": np.dtype(np.float64),  # (264 * 8,) for one pair of shapes
     "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY
+    "probe": np.dtype(np.uint8),  # bytes of a PROBE
     "solver_rows": ROW,
     "solver_nodes": NODE,
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
     "solver_index": np.dtype(np.int64),
+    "pile_rows": PILE_ROW,  # (contact capacity,)
+    "pile_nodes": PILE_NODE,  # (bodies + 1,)
 }
 
 WORKSPACE = np.dtype(
     [
+        ("num_pairs", np.int64),  # in ``pairs``
         ("starts", np.int64),  # address of the states (bodies,) where the present part of the step begins
         ("span", np.float64),  # [s] its length
         ("elapsed", np.float64),  # [s] of the step before it
@@ -149,6 +173,9 @@ WORKSPACE = np.dtype(
 _BODY_BYTES = BODY.itemsize
 _STATE_BYTES = BODY_STATE.itemsize
 _CONTACT_BYTES = CONTACT.itemsize
+_PROXY_BYTES = PROXY.itemsize
+_CELL_BYTES = CELL.itemsize
+_REST_BYTES = REST.itemsize
 
 
 @intrinsic
@@ -206,6 +233,37 @@ def contacts_of(header, world):
     """(capacity,) rows of CONTACT of one world: those of its last step."""
     offset = world * header.contact_capacity * _CONTACT_BYTES
     return carray(_pointer(header.contacts + offset), header.contact_capacity, CONTACT)
+
+
+@kernel
+def grid_of(header, world):
+    """The GRID record of one world."""
+    return carray(_pointer(header.grids), header.num_worlds, GRID)[world]
+
+
+@kernel
+def grid_tables_of(header, world):
+    """(bodies,) proxies, (slots,) cells and (pair capacity,) candidates of one world."""
+    return (
+        carray(_pointer(header.proxies + world * header.num_bodies * _PROXY_BYTES), header.num_bodies, PROXY),
+        carray(_pointer(header.cells + world * header.num_slots * _CELL_BYTES), header.num_slots, CELL),
+        carray(
+            _pointer(header.candidates + 8 * world * header.candidate_capacity), header.candidate_capacity, np.int64
+        ),
+    )
+
+
+@kernel
+def asleep_contacts_of(header, world):
+    """(capacity,) rows of CONTACT of one world: those of islands that sleep."""
+    offset = world * header.asleep_capacity * _CONTACT_BYTES
+    return carray(_pointer(header.asleep_contacts + offset), header.asleep_capacity, CONTACT)
+
+
+@kernel
+def rest_of(header, world):
+    """(bodies,) rows of REST of one world."""
+    return carray(_pointer(header.rest + world * header.num_bodies * _REST_BYTES), header.num_bodies, REST)
 
 
 @kernel

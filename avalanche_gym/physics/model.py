@@ -46,6 +46,11 @@ DULL, LIVELY = 1, 2
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
+# Islands of fewer bodies are always solved exactly (response/pile_stage.py).
+LEAST_BODIES = 12
+# What the workspace notes of an island that the pile tier has stepped, in place of whether its impacts are located.
+CROWD = 4
+
 # --- Model: constant while the world steps
 # -----------------------------------------------------------------------------
 
@@ -210,6 +215,20 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
         ),  # [kg m^2/s] world frame; holds while angular_velocity is what follows from it
         ("force", np.float64, 3),  # [N] at the centre of mass, held until the end of the call
         ("torque", np.float64, 3),  # [N m] about the centre of mass
+    ],
+    align=True,
+)
+
+REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly move
+    [
+        ("asleep", np.int64),  # 0: awake; else one more than the lowest handle of the island it sleeps with
+        ("still", np.int64),  # steps in a row in which it has hardly moved
+        ("barred", np.int64),  # 1: the user lets it never sleep
+        # Of the first body of an island that is large:
+        ("tried", np.int64),  # 1: the exact tier has tried in the last step
+        ("pause", np.int64),  # [steps] after its next failure
+        ("wait", np.int64),  # [steps] until it tries again
+        ("residual", np.float64),  # what it reached
     ],
     align=True,
 )

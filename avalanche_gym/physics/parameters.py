@@ -204,6 +204,21 @@ def carry_contacts(old: Storage, new: Storage, changed: int) -> None:
     new.arrays["num_contacts"][0] = len(rows)
 
 
+def renumbered(saved: dict[str, NDArray[Any]], new: Storage) -> dict[str, NDArray[Any]]:
+    """What ``Storage.save`` returned, for tables built anew, in the order of the handles."""
+    bodies, contacts = saved["bodies"].copy(), saved["contacts"].copy()
+    own = new.arrays["bodies"]
+    shift = own["first_collider"] - bodies["first_collider"]
+    for name in ("first_collider", "material"):
+        bodies[name] = own[name]
+    count = len(new.arrays["colliders"])
+    for rows, moved, number in zip(contacts, shift, saved["num_contacts"].tolist(), strict=True):
+        used = rows[:number]
+        first, second = np.divmod(used["pair"], max(count, 1))
+        used["pair"] = (first + moved[used["body_a"]]) * count + second + moved[used["body_b"]]
+    return {**saved, "bodies": bodies, "contacts": contacts}
+
+
 def _first_colliders(storage: Storage) -> NDArray[np.int64]:
     """(bodies,) number of the first collider of each body."""
     first: NDArray[np.int64] = storage.arrays["bodies"]["first_collider"][0]

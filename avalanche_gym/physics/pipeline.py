@@ -7,6 +7,9 @@ that cannot be completed leaves the world as it was.
 
 from __future__ import annotations
 
+import numpy as np
+
+from .contacts.sleeping import nothing_moves, wake_island
 from .detection import first_non_finite
 from .diagnostics import kinetic_energy_of, potential_energy_of
 from .frames import kick
@@ -18,6 +21,7 @@ from .memory import (
     fields_of,
     header_at,
     report_of,
+    rest_of,
     states_of,
     vectors_of,
     workspace_at,
@@ -37,6 +41,7 @@ def step_world(address, workspace_address, world):
     solver        a smooth step of order 2 where all contacts last, a struck one where something closes;
                   measured overlap is removed without adding velocity
     groups        islands whose impacts have to be located in time step from one to the next
+    sleep         islands in balance are left alone from here on, until something disturbs them
     commit        the step becomes real
     """
     header = header_at(address)
@@ -46,17 +51,22 @@ def step_world(address, workspace_address, world):
     workspace.elapsed = 0.0
     workspace.part = WHOLE
     workspace.waiting = 0
-    call_stage(header.fly_bodies, address, workspace_address, world)
-    count = 0
-    if header.collisions == 1:
-        num_pairs = call_stage(header.find_pairs, address, workspace_address, world)
-        if 2 * num_pairs > workspace.pairs_size:
-            return PAIRS_FULL, num_pairs
-        count = call_stage(header.find_contacts, address, workspace_address, world, num_pairs)
-        if count > workspace.contacts_size:
-            return CONTACTS_FULL, count
+    if header.sleeping == 1 and nothing_moves(header, world):
+        return OK, -1
+    count = np.int64(-1)
+    while count < 0:  # anew if a sleeping island was touched
+        call_stage(header.fly_bodies, address, workspace_address, world)
+        count = np.int64(0)
+        if header.collisions == 1:
+            num_pairs = call_stage(header.find_pairs, address, workspace_address, world)
+            if 2 * num_pairs > workspace.pairs_size:
+                return PAIRS_FULL, num_pairs
+            count = call_stage(header.find_contacts, address, workspace_address, world, num_pairs)
+            if count > workspace.contacts_size:
+                return CONTACTS_FULL, count
+        if count > 0:
+            count = call_stage(header.sort_contacts, address, workspace_address, world, count)
     if count > 0:
-        count = call_stage(header.sort_contacts, address, workspace_address, world, count)
         if call_stage(header.step_islands, address, workspace_address, world) == 0:
             return SOLVER_FULL, -1
         if workspace.waiting > 0:
@@ -67,6 +77,8 @@ def step_world(address, workspace_address, world):
     body = first_non_finite(header, workspace, world)
     if body >= 0:
         return NON_FINITE, body
+    if header.sleeping == 1:
+        count = call_stage(header.settle, address, workspace_address, world, count)
     call_stage(header.commit, address, workspace_address, world, count)
     return OK, -1
 
@@ -84,6 +96,9 @@ def begin_call(header, world):
         for axis in range(6):
             waiting = waiting or row[axis] != 0.0
         if waiting:
+            label = rest_of(header, world)[index].asleep
+            if label > 0:
+                wake_island(header, world, label)
             if not kick(bodies[index], states[index], (row[0], row[1], row[2]), (row[3], row[4], row[5])):
                 broken = index
             for axis in range(6):
@@ -114,11 +129,11 @@ def end_call(header, world):
 
 
 @entry_point
-def advance(address, workspace_address, first, last, begin):
-    """Run the steps that remain in worlds first <= world < last; return how many worlds could not finish.
+def advance(address, workspace_address, first, last, num_steps):
+    """Step the worlds first <= world < last; return how many could not finish.
 
-    ``begin`` is 1 for a new call of World.step, 0 to go on with one after tables have grown. A world that cannot finish
-    keeps its remaining steps; its report holds status and detail.
+    ``num_steps`` is that of a call of World.step, or 0 to go on with one after tables have grown. A world that cannot
+    finish keeps its remaining steps; its report holds status and detail.
     """
     header = header_at(address)
     stopped = 0
@@ -126,7 +141,8 @@ def advance(address, workspace_address, first, last, begin):
         remaining = world_entry(header.remaining, world)
         report = report_of(header, world)
         report.status = OK
-        if begin == 1:
+        if num_steps > 0:
+            remaining[0] = num_steps
             broken = begin_call(header, world)
             if broken >= 0:
                 report.status = NON_FINITE

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Names of the codes of solver/exact.py; the larger, the farther down the chain of methods.
-METHODS = ("certificate", "single contact", "newton", "newton with sweeps", "sweeps")
+METHODS = ("certificate", "single contact", "newton", "newton with sweeps", "sweeps", "pile")
 
 
 @dataclass(frozen=True)

@@ -98,6 +98,7 @@ class Body:
     linear_velocity: NDArray[np.float64]  # (3,) [m/s] of the origin of the shape's frame
     angular_velocity: NDArray[np.float64]  # (3,) [rad/s]
     visual: TriangleMesh | None = field(default=None)
+    allow_sleep: bool = True
 
 
 class Scene:
@@ -144,6 +145,7 @@ class Scene:
         linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         visual: TriangleMesh | None = None,
+        allow_sleep: bool = True,
     ) -> int:
         """Add a body and return its handle, the index on axis 1 of every state array.
 
@@ -161,15 +163,16 @@ class Scene:
             linear_velocity: (3,) [m/s] of the origin of the shape's frame, world frame.
             angular_velocity: (3,) [rad/s], world frame.
             visual: mesh to draw instead of the collider.
+            allow_sleep: ``False`` keeps the body, and what touches it, awake (Options.sleeping).
 
         Raises:
             ValueError, TypeError: the text names the body, what was given, what is allowed and what to do.
         """
-        handle = next((index for index, body in enumerate(self.bodies) if body is None), len(self.bodies))
+        handle = self.bodies.index(None) if None in self.bodies else len(self.bodies)
         label = f"body_{handle}" if name is None else name
         if not isinstance(label, str) or not label:
             raise TypeError(f"add_body(name={name!r}): give a non-empty string, or None.")
-        if any(body is not None and body.name == label for body in self.bodies):
+        if label in [body.name for body in self.bodies if body is not None]:
             raise ValueError(f"add_body(name={label!r}): a body of this scene has that name already; give another one.")
         if not isinstance(shape, Shape):
             raise TypeError(
@@ -197,6 +200,7 @@ class Scene:
             position=checked_vector(f"Body {label!r}: position", position),
             orientation=checks.unit_quaternion(f"Body {label!r}: orientation", orientation),
             visual=visual,
+            allow_sleep=bool(allow_sleep),
             **vectors,
         )
         self.bodies[handle : handle + 1] = [body]

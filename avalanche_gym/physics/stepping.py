@@ -19,29 +19,31 @@ class Stepper:
 
     def __init__(self, storage: Storage) -> None:
         self._storage = storage
-        self._address = storage.address
         self._remaining = storage.arrays["remaining"]
         self._reports = storage.arrays["reports"]
         # Each thread has a workspace and a run of worlds: (address of the workspace, first world, one past the last).
         bounds = np.linspace(0, storage.num_worlds, len(storage.workspaces) + 1).astype(int).tolist()
         addresses = [int(workspace.ctypes.data) for workspace in storage.workspaces]
-        self._shares = list(zip(addresses, bounds[:-1], bounds[1:], strict=True))
+        shares = zip(addresses, bounds[:-1], bounds[1:], strict=True)
+        self._shares = [(storage.address, *share) for share in shares]
+        self._first = self._shares[0]
 
     def run(self, num_steps: int, bodies: Sequence[Body | None]) -> None:
         """Advance every world by ``num_steps``; see World.step. ``bodies`` give the names for errors."""
         if self._storage.moving_heights:
             self._storage.bound_heights(num_steps)
-        self._remaining[:] = num_steps
-        if self._advance(1):
+        if self._advance(num_steps):
             self._finish(bodies)
 
-    def _advance(self, begin: int) -> int:
+    def _advance(self, num_steps: int) -> int:
         """Run the kernel over all worlds; return how many could not finish."""
         if len(self._shares) == 1:
-            return int(advance(self._address, *self._shares[0], begin))
+            # Written out: this line is most of what a call of a small scene costs beside its physics.
+            address, workspace, first, last = self._first
+            return advance(address, workspace, first, last, num_steps)  # type: ignore[no-any-return]
         # The threads end with the call: a process that forks between calls has none to lose.
         with ThreadPoolExecutor(len(self._shares)) as pool:
-            parts = [pool.submit(advance, self._address, *share, begin) for share in self._shares]
+            parts = [pool.submit(advance, *share, num_steps) for share in self._shares]
             return sum(part.result() for part in parts)
 
     def _finish(self, bodies: Sequence[Body | None]) -> None:

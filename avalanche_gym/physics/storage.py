@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, groups, response
+from . import detection, groups, response, seams
+from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
+from .contacts import sleeping
 from .events import impact_time
 from .jit import Stage
 from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
@@ -17,23 +20,36 @@ from .model import (
     CONTACT,
     CONTACTS_FULL,
     DYNAMIC,
+    LEAST_BODIES,
     NUM_SHAPES,
     PAIRS_FULL,
+    PLANE,
     REPORT,
+    REST,
     SHAPE_NAMES,
     SOLVER_FULL,
 )
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
+from .probes.ask import NEAREST_STAGES
+from .probes.probe import PROBE
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
+GRID_FROM = 64  # bodies; with fewer, testing each with each is cheaper than looking up those that move
 CLIPPING_FLOATS = 264 * 8  # scratch of one pair of shapes
 MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
 # Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.
 PROPORTION = np.dtype([("mass", np.float64), ("inertia", np.float64, 3)])  # (worlds, bodies) [kg], [kg m^2]
+
+# Tables (worlds, bodies, ...) that keep room for bodies to come, and what a reset puts back of them.
+BODY_TABLES = (
+    *("bodies", "states", "proportions", "position", "orientation", "linear_velocity", "angular_velocity", "impulses"),
+    "rest",
+)
+INITIAL_TABLES = ("states", "position", "orientation", "linear_velocity", "angular_velocity")
 
 # What a snapshot must hold: every bit that decides the future.
 STATE_TABLES = (
@@ -42,6 +58,9 @@ STATE_TABLES = (
     "states",
     "contacts",
     "num_contacts",
+    "rest",
+    "asleep_contacts",
+    "num_asleep_contacts",
     "position",
     "orientation",
     "linear_velocity",
@@ -58,6 +77,7 @@ class Storage:
     def __init__(self, tables: Tables, num_worlds: int, options: Options) -> None:
         self.num_worlds = num_worlds
         self.options = options
+        self.grid = False  # whether pairs come from the hash grid
         own = tables.arrays
         num_bodies = len(own["bodies"])
         self.arrays: dict[str, NDArray[Any]] = {name: np.ascontiguousarray(own[name]) for name in MODEL_TABLES}
@@ -73,16 +93,70 @@ class Storage:
         self.arrays["impulses"] = np.zeros((num_worlds, num_bodies, 6))
         self.arrays["contacts"] = np.zeros((num_worlds, options.max_contacts or FIRST_CONTACTS), CONTACT)
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
+        self.arrays["asleep_contacts"] = np.zeros_like(self.arrays["contacts"][:, : None if options.sleeping else 0])
+        self.arrays["num_asleep_contacts"] = np.zeros(num_worlds, np.int64)
+        self.arrays["rest"] = np.zeros((num_worlds, num_bodies), REST)
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
+        self.initial: dict[str, NDArray[Any]] = {}
+        self.room = num_bodies  # for bodies; only that of a single world is ever larger than their number
+        self._whole = {name: self.arrays[name] for name in BODY_TABLES}
+        self._whole_initial: dict[str, NDArray[Any]] = {}
         self.header = np.zeros(1, HEADER)
         self._write_constants()
+        self._make_grid()
         threads = min(options.threads, num_worlds)
         self.workspaces = [np.zeros(1, WORKSPACE) for _ in range(threads)]
         self._scratch: list[dict[str, NDArray[Any]]] = [{} for _ in range(threads)]
         for number in range(threads):
-            self.size_workspace(number, pairs=max(4 * num_bodies, 16), blocks=0, integers=0)
+            self.size_workspace(number, pairs=self._pair_capacity(), blocks=0, integers=0)
         self.link()
+
+    def keep_initial(self) -> None:
+        """Remember the present state as the one that a reset goes back to."""
+        self.initial = {name: self.arrays[name].copy() for name in (*INITIAL_TABLES, "heights")}
+        self._whole_initial = {name: self.initial[name] for name in INITIAL_TABLES}
+
+    def show_bodies(self, count: int) -> None:
+        """Let the tables of a single world hold ``count`` bodies."""
+        grown = False
+        if count > self.room:
+            before = self.num_bodies
+            self.room = 2 * count
+            for whole in (self._whole, self._whole_initial):
+                for name, table in whole.items():
+                    whole[name] = np.zeros((1, self.room, *table.shape[2:]), table.dtype)
+                    whole[name][:, :before] = table[:, :before]
+            self._choose_broad_phase()
+            self._make_grid()
+            self.size_workspace(0, pairs=self._pair_capacity(), blocks=0, integers=0)
+            grown = True
+        for name, table in self._whole.items():
+            self.arrays[name] = table[:, :count]
+        for name, table in self._whole_initial.items():
+            self.initial[name] = table[:, :count]
+        self.header["num_bodies"] = count
+        if grown:
+            self.link()
+
+    def _pair_capacity(self) -> int:
+        """Pairs of a new world; the table grows when a step finds more."""
+        return max(4 * self.room, 16)
+
+    def _make_grid(self) -> None:
+        """Empty tables of the hash grid, of size 0 for scenes that search all pairs."""
+        bodies = self.room if self.grid else 0
+        # Half of the slots stay free, and half of the others are for cells that bodies have left.
+        slots = 1 << (4 * bodies - 1).bit_length() if bodies else 0
+        self.arrays["grids"] = np.zeros(self.num_worlds if self.grid else 0, GRID)
+        self.arrays["proxies"] = np.zeros((self.num_worlds, bodies), PROXY)
+        self.arrays["cells"] = np.zeros((self.num_worlds, slots), CELL)
+        self._make_candidates(self._pair_capacity())
+
+    def _make_candidates(self, capacity: int) -> None:
+        """Room for candidates of the grid, all of them to be found anew."""
+        self.arrays["candidates"] = np.zeros((self.num_worlds, capacity if self.grid else 0), np.int64)
+        self.arrays["grids"]["valid"] = 0
 
     @property
     def num_bodies(self) -> int:
@@ -102,32 +176,51 @@ class Storage:
         header["time_step"] = options.time_step
         header["tolerance"] = options.tolerance
         header["max_iterations"] = options.max_iterations
+        header["substeps"] = options.substeps
         header["events"] = options.events
         header["fly_bodies"] = detection.fly_bodies.address
         header["commit"] = response.commit.address
+        header["sleeping"] = bool(options.sleeping and (bodies["motion"] == DYNAMIC).any())
+        if header["sleeping"]:
+            header["settle"] = sleeping.settle.address
         if header["collisions"]:
-            header["find_pairs"] = detection.find_pairs.address
+            self._choose_broad_phase()
             header["find_contacts"] = detection.find_contacts.address
             header["sort_contacts"] = response.sort_contacts.address
             header["step_islands"] = response.step_islands.address
             header["solve_problem"] = response.solve_problem.address
+            if (bodies["motion"] == DYNAMIC).sum() >= LEAST_BODIES:
+                header["step_pile"] = response.step_pile.address
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
+            self._watch_seams()
             if options.events:
                 header["step_groups"] = groups.step_groups.address
                 header["find_impact_time"] = impact_time.find_impact_time.address
                 header["strike"] = response.strike.address
 
+    def _choose_broad_phase(self) -> None:
+        self.grid = self.room >= GRID_FROM
+        find_pairs = detection.find_pairs_in_grid if self.grid else detection.find_pairs
+        self.header["find_pairs"] = find_pairs.address
+
     def link(self) -> None:
-        """Write sizes and addresses into the header; call it whenever a table was replaced."""
+        """Write sizes and addresses of all tables into the header; call it whenever some were replaced."""
         header, arrays = self.header[0], self.arrays
         header["height_worlds"], header["num_heights"] = arrays["heights"].shape
         header["contact_capacity"] = arrays["contacts"].shape[1]
-        for name in (*MODEL_TABLES, *WORLD_TABLES):
-            header[name] = arrays[name].ctypes.data
-        for name in MODEL_TABLES:
-            header[f"{name}_size"] = arrays[name].size
+        header["asleep_capacity"] = arrays["asleep_contacts"].shape[1]
+        header["num_slots"], header["candidate_capacity"] = arrays["cells"].shape[1], arrays["candidates"].shape[1]
+        self.link_tables((*MODEL_TABLES, *WORLD_TABLES))
         self.note_features()
+
+    def link_tables(self, names: Iterable[str]) -> None:
+        """Write the addresses of these tables, and the sizes of those of the model."""
+        header, arrays = self.header[0], self.arrays
+        for name in names:
+            header[name] = arrays[name].ctypes.data
+            if name in MODEL_TABLES:
+                header[f"{name}_size"] = arrays[name].size
 
     def note_features(self) -> None:
         """Write what the parameters ask for into the header; call it whenever one was changed."""
@@ -154,6 +247,16 @@ class Storage:
                 addresses[pair] = self.pair_stage(pair).address
         return addresses.reshape(-1)
 
+    def _watch_seams(self) -> None:
+        """Where several colliders are ground together, what one of them hides of another is left out (seams.py)."""
+        colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
+        ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
+        if len(ground) > 1 and (ground != PLANE).any():
+            for shape in set(ground.tolist()):
+                self.arrays["nearest_functions"][shape] = NEAREST_STAGES[shape].address
+            self.header[0]["hide_seams"] = seams.hide_seams.address
+            self.header[0]["cross_seams"] = seams.cross_seams.address
+
     @staticmethod
     def pair_stage(pair: tuple[int, int]) -> Stage:
         """The function of a pair of shapes, the smaller code first."""
@@ -167,7 +270,7 @@ class Storage:
 
     def size_workspace(self, number: int, *, pairs: int, blocks: int, integers: int) -> None:
         """Allocate the scratch of one thread; contacts follow the capacity of the worlds."""
-        num_bodies = self.num_bodies
+        num_bodies = self.room
         contacts = self.arrays["contacts"].shape[1]
         sizes = {
             "flown": num_bodies,
@@ -184,6 +287,9 @@ class Storage:
             "kept": contacts,
             "boxes": 6 * num_bodies,
             "pairs": 2 * pairs,
+            "ground_links": pairs,
+            "ground_firsts": num_bodies,
+            "found": pairs if self.grid else 0,
             "contacts": contacts,
             "asked": MOST_ASKED,
             "sums": 6 * num_bodies,
@@ -194,9 +300,12 @@ class Storage:
             "order": contacts,
             "clipping": CLIPPING_FLOATS,
             "query": PAIR_QUERY.itemsize,
+            "probe": PROBE.itemsize,
             "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
+            "pile_rows": contacts if self.header[0]["step_pile"] else 0,
+            "pile_nodes": num_bodies + 1 if self.header[0]["step_pile"] else 0,
             "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),
         }
         scratch, record = self._scratch[number], self.workspaces[number][0]
@@ -211,6 +320,8 @@ class Storage:
         status, detail = self.arrays["reports"]["status"], self.arrays["reports"]["detail"]
         pairs = int(detail[status == PAIRS_FULL].max(initial=0))
         if pairs:
+            self._make_candidates(2 * pairs)
+            self.link()
             for number in range(len(self.workspaces)):
                 self.size_workspace(number, pairs=2 * pairs, blocks=0, integers=0)
         if (status == SOLVER_FULL).any():
@@ -229,7 +340,7 @@ class Storage:
             self.resize_contacts(saved["contacts"].shape[1])
         for name, array in saved.items():
             own = self.arrays[name]
-            if name == "contacts":
+            if name in ("contacts", "asleep_contacts"):
                 own[:, : array.shape[1]] = array  # there may be room for more by now
             elif own.shape == array.shape:
                 own[...] = array
@@ -240,10 +351,12 @@ class Storage:
 
     def resize_contacts(self, capacity: int) -> None:
         """Room for ``capacity`` contacts a world; those that are there stay."""
-        old = self.arrays["contacts"]
-        grown = np.zeros((self.num_worlds, capacity), CONTACT)
-        grown[:, : old.shape[1]] = old
-        self.arrays["contacts"] = grown
+        for name in ("contacts", "asleep_contacts"):
+            old = self.arrays[name]
+            if old.shape[1]:
+                grown = np.zeros((self.num_worlds, capacity), CONTACT)
+                grown[:, : old.shape[1]] = old
+                self.arrays[name] = grown
         for number in range(len(self.workspaces)):
             self.size_workspace(number, pairs=0, blocks=0, integers=0)
         self.link()

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import frames, parameters
+from . import frames, membership, parameters
 from .construction import build_tables
+from .contacts.sleeping import wake
 from .diagnostics import measure
 from .features import describe_features
 from .options import Options
@@ -84,13 +85,19 @@ class World:
         storage = Storage(tables, num_worlds, self.options)
         frames.adopt(storage.address, np.ones(num_worlds, np.bool_), -1)
         self.scene = scene
-        self._height_field_rows = tables.height_fields
+        for index, body in enumerate(scene.bodies):
+            storage.arrays["rest"]["barred"][:, index] = body is not None and not body.allow_sleep
+        storage.keep_initial()
+        self._tables = tables
         self._storage = storage
         self._stepper = Stepper(storage)
-        self._prober: Prober | None = None
-        arrays = storage.arrays
-        self._initial = {name: arrays[name].copy() for name in ("states", "heights", *PUBLIC_ARRAYS)}
         self._address = storage.address
+        self._show()
+
+    def _show(self) -> None:
+        """Bring the public arrays up to date with the tables."""
+        self._prober: Prober | None = None
+        arrays = self._storage.arrays
         self.impulse_buffer: NDArray[np.float64] = arrays["impulses"]
         self.position, self.orientation, self.linear_velocity, self.angular_velocity = (
             _read_only(arrays[name]) for name in PUBLIC_ARRAYS
@@ -108,6 +115,7 @@ class World:
     @property
     def features(self) -> Features:
         """What this scene made the engine model, and what it left out."""
+        self._storage.note_features()
         return describe_features(self.scene, self._storage)
 
     # --- Stepping -----------------------------------------------------------------------------------------------------
@@ -119,9 +127,11 @@ class World:
             PhysicsError: a state became non-finite. The other worlds finish; these stand at their last good step.
             RuntimeError: a world has more contacts than ``Options.max_contacts``; it stands at its last completed step.
         """
-        if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
-            raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
-        self._stepper.run(int(num_steps), self.scene.bodies)
+        if type(num_steps) is not int or num_steps < 1:
+            if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
+                raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
+            num_steps = int(num_steps)
+        self._stepper.run(num_steps, self.scene.bodies)
 
     # --- Acting on bodies ---------------------------------------------------------------------------------------------
 
@@ -162,6 +172,7 @@ class World:
         index = select_body(self, call, body, moving="dynamic")
         mask = select_worlds(self, call, world)
         values = spread(f"{call}({what})", value, mask, 3)
+        self._wake(mask, index)
         points = np.full((self.num_worlds, 3), np.nan)
         if point is not None:
             points = spread(f"{call}(point)", point, mask, 3)
@@ -205,6 +216,7 @@ class World:
                         f"set_state({name}) on the static body {description.name!r}, which has no velocity; give it "
                         "motion='kinematic' to move it."
                     )
+        self._wake(mask, index)
         for name, values in given.items():
             self._storage.arrays[name][mask, index] = values[mask]
         frames.adopt(self._address, mask, index)
@@ -222,6 +234,7 @@ class World:
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
+        self._wake(mask, index)
         parameters.set_parameters(self._storage, self.scene.bodies[index], index, mask, values)
 
     def set_heights(
@@ -254,7 +267,30 @@ class World:
                 f"set_heights(height_rates): {description.name!r} is {description.motion}; moving ground needs "
                 'motion="kinematic".'
             )
-        parameters.set_heights(self._storage, self._height_field_rows[index], mask, heights, height_rates)
+        self._wake(mask, index)
+        parameters.set_heights(self._storage, self._tables.shapes.height_field_rows[index], mask, heights, height_rates)
+
+    # --- Sleep --------------------------------------------------------------------------------------------------------
+
+    @property
+    def sleeping(self) -> NDArray[np.bool_]:
+        """(worlds, bodies) whether a body is asleep: in balance, and left alone until something disturbs it."""
+        asleep: NDArray[np.bool_] = self._storage.arrays["rest"]["asleep"] > 0
+        return asleep
+
+    def wake(self, body: int | None = None, *, world: WorldIndex = None) -> None:
+        """Wake a body and all that rests on it or bears it; everything if ``body`` is ``None``, or is not dynamic.
+
+        Args:
+            body: handle.
+            world: as in apply_impulse.
+        """
+        index = -1 if body is None else select_body(self, "wake", body)
+        self._wake(select_worlds(self, "wake", world), index)
+
+    def _wake(self, mask: NDArray[np.bool_], index: int) -> None:
+        if self._storage.arrays["num_asleep_contacts"].any() or self.sleeping.any():
+            wake(self._address, mask, index)
 
     # --- Bodies that come and go --------------------------------------------------------------------------------------
 
@@ -264,18 +300,33 @@ class World:
         Other handles stay valid; the state arrays may be new objects, one longer, unless a removed slot was free.
         """
         self._single("add_body")
-        scene = self.scene.copy()
-        handle = scene.add_body(*args, **kwargs)
-        self._rebuild(scene, handle)
+        handle = self.scene.add_body(*args, **kwargs)
+        self._wake(np.ones(1, np.bool_), -1)
+        try:
+            if membership.insert_body(self._storage, self._tables, self.scene, handle):
+                self._show()
+            else:
+                self._rebuild(self.scene, handle)
+        except ValueError:
+            if handle == self.num_bodies:
+                self.scene.bodies.pop()
+            else:
+                self.scene.bodies[handle] = None
+            raise
         return handle
 
     def remove_body(self, body: int) -> None:
         """Take a body out; its slot reads NaN until ``add_body`` uses it again. Needs ``num_worlds=1``."""
         self._single("remove_body")
         index = select_body(self, "remove_body", body)
-        scene = self.scene.copy()
-        scene.bodies[index] = None
-        self._rebuild(scene, index)
+        description = self.scene.bodies[index]
+        assert description is not None
+        self.scene.bodies[index] = None
+        self._wake(np.ones(1, np.bool_), -1)
+        if membership.take_body(self._storage, index, description):
+            self._prober = None
+        else:
+            self._rebuild(self.scene, index)
 
     def _single(self, call: str) -> None:
         if self.num_worlds != 1:
@@ -287,6 +338,7 @@ class World:
     def _rebuild(self, scene: Scene, changed: int) -> None:
         """New tables for a scene in which one body is another; all other bodies keep their state and their contacts."""
         old = self._storage
+        self._wake(np.ones(1, np.bool_), -1)
         self._build(scene, 1)
         kept = [index for index in range(old.num_bodies) if index != changed]
         for name in ("states", "impulses", *PUBLIC_ARRAYS):
@@ -304,10 +356,14 @@ class World:
         mask = select_worlds(self, "reset", world)
         arrays = self._storage.arrays
         for name in ("states", *PUBLIC_ARRAYS):
-            arrays[name][mask] = self._initial[name][mask]
+            arrays[name][mask] = self._storage.initial[name][mask]
         arrays["impulses"][mask] = 0.0
         arrays["num_contacts"][mask] = 0
-        parameters.reset_heights(self._storage, mask, self._initial["heights"])
+        arrays["num_asleep_contacts"][mask] = 0
+        for name in arrays["rest"].dtype.names or ():
+            if name != "barred":
+                arrays["rest"][name][mask] = 0
+        parameters.reset_heights(self._storage, mask, self._storage.initial["heights"])
 
     def snapshot(self) -> Snapshot:
         """Every bit that decides the future, warm starts and parameters included; restore it any number of times."""
@@ -323,7 +379,9 @@ class World:
             scene = self.scene.copy()
             scene.bodies = list(snapshot.bodies)
             self._build(scene, self.num_worlds)
-        self._storage.load(snapshot.arrays)
+            self._storage.load(parameters.renumbered(snapshot.arrays, self._storage))
+        else:
+            self._storage.load(snapshot.arrays)
 
     # --- Asking where things are --------------------------------------------------------------------------------------
 
@@ -428,9 +486,13 @@ class World:
         return self._measure()[1][:, 3:]
 
     def contacts(self, world: int = 0) -> NDArray[Any]:
-        """The contacts of the last step of one world, as records of CONTACT_DTYPE."""
+        """The contacts of the last step of one world, as records of CONTACT_DTYPE; those of sleeping islands come last."""
         number = select_world(self, "contacts", world)
-        rows = self._storage.arrays["contacts"][number, : self._storage.arrays["num_contacts"][number]]
+        arrays = self._storage.arrays
+        rows = arrays["contacts"][number, : arrays["num_contacts"][number]]
+        asleep = arrays["asleep_contacts"][number, : arrays["num_asleep_contacts"][number]]
+        if len(asleep):
+            rows = np.concatenate((rows, asleep))
         found = np.empty(len(rows), CONTACT_DTYPE)
         for name in CONTACT_DTYPE.names or ():
             found[name] = rows[name]
@@ -441,10 +503,10 @@ class World:
         """(rows, columns) [m] the present samples of a height field in one world."""
         index = select_body(self, "heights", body)
         number = select_world(self, "heights", world)
-        if index not in self._height_field_rows:
+        if index not in self._tables.shapes.height_field_rows:
             kind = type(getattr(self.scene.bodies[index], "shape", None)).__name__
             raise ValueError(f"heights({body}): this body is a {kind}; give the handle of a HeightField.")
-        return parameters.heights_of(self._storage, self._height_field_rows[index], number)
+        return parameters.heights_of(self._storage, self._tables.shapes.height_field_rows[index], number)
 
     def report(self) -> StepReport:
         """What the last call of ``step`` did; see StepReport."""

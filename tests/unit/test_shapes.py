@@ -101,6 +101,7 @@ def test_nearly_unit_quaternion_is_normalised():
         (lambda: TriangleMesh(np.eye(3), [[0.5, 1, 2]]), TypeError, ["integers"]),
         (lambda: TriangleMesh(np.eye(3), [0, 1, 2]), ValueError, ["shape (3,)", "(m, 3)"]),
         (lambda: TriangleMesh.from_file("nowhere.stl"), ValueError, ["nowhere.stl", "not a file"]),
+        (lambda: TriangleMesh.from_file(__file__), ValueError, ["test_shapes.py", "STL"]),
         (lambda: HeightField([[0.0, float("inf")]] * 2, (1, 1)), ValueError, ["index (0, 1)", "finite"]),
         (lambda: HeightField([[0.0]], (1, 1)), ValueError, ["(1, 1)", "2 x 2"]),
         (lambda: HeightField(np.zeros((2, 2)), (1, -1)), ValueError, ["HeightField(size)=[1.0, -1.0]", "positive"]),

@@ -23,27 +23,28 @@ BODIES = {
 ALLOWED = 1e-9  # [m]
 
 
-def path(name, floor, friction, seconds):
-    """(steps, 7) position and orientation of the body."""
+def path(name, floor, friction, seconds, rate=240, spin=2.0):
+    """(steps, 7) position and orientation of the body; ``floor``: a shape, or several with their positions."""
     shape, orientation = BODIES[name]
     scene = physics.Scene()
     scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
     material = physics.Material(friction=friction)
-    scene.add_body(floor, motion="static", material=material)
+    for piece, position in floor if isinstance(floor, list) else [(floor, (0.0, 0.0, 0.0))]:
+        scene.add_body(piece, motion="static", material=material, position=position)
     scene.add_body(
         shape,
         mass=1.0,
         position=(-3.0, -1.5, 0.1),
         orientation=orientation,
         linear_velocity=(1.5, 0.8, 0.0),
-        angular_velocity=(0.0, 0.0, 2.0),
+        angular_velocity=(0.0, 0.0, spin),
         material=material,
     )
-    world = physics.World(scene)
+    world = physics.World(scene, options=physics.Options(time_step=1.0 / rate))
     places = []
-    for _ in range(int(240 * seconds)):
+    for _ in range(int(rate * seconds)):
         world.step()
-        places.append(np.concatenate([world.position[0, 1], world.orientation[0, 1]]))
+        places.append(np.concatenate([world.position[0, -1], world.orientation[0, -1]]))
     return np.array(places)
 
 
@@ -58,6 +59,22 @@ def floor_with_seam():
     right, more = oracle.grid_mesh(np.zeros((14, 6)), (6.0, 12.0))
     vertices = np.concatenate([left - (3.0, 0.0, 0.0), right + np.array([3.0, 0.0, 0.0])])
     return physics.TriangleMesh(vertices, np.concatenate([faces, more + len(left), faces[:5]]))
+
+
+def tiles():
+    """Height fields of 1.5 m side by side, none of their rims where the body starts."""
+    tile = physics.HeightField(np.zeros((4, 5)), (1.5, 1.5))
+    return [(tile, (1.5 * i + 0.0123, 1.5 * j + 0.0071, 0.0)) for i in range(-3, 4) for j in range(-2, 3)]
+
+
+def two_floors(rng):
+    """Two bodies, meshes cut at random, that meet at x = -1.3 without a common vertex."""
+    floors = []
+    for low, high in ((-8.0, -1.3), (-1.3, 8.0)):
+        vertices, faces = oracle.random_floor(rng, size=1.0, points=80)
+        mesh = physics.TriangleMesh(vertices * (high - low, 12.0, 1.0), faces)
+        floors.append((mesh, (0.5 * (low + high), 0.0, 0.0)))
+    return floors
 
 
 def allowed_for(name, friction):
@@ -87,3 +104,14 @@ def test_ten_triangulations_for_five_seconds(name, friction):
     rng = np.random.default_rng(2)
     for _ in range(10):
         np.testing.assert_allclose(path(name, random_floor(rng), friction, 5.0), expected, rtol=0.0, atol=allowed)
+
+
+@pytest.mark.parametrize("rate", [60, 240])
+@pytest.mark.parametrize("name", BODIES)
+def test_seams_between_bodies_are_not_felt(name, rate):
+    """Tiles with walls below their rims, and meshes with T-junctions along the seam."""
+    for spin, friction in ((0.0, 0.05), (2.0, 0.0)):
+        expected = path(name, physics.Plane(), friction, 2.0, rate, spin)
+        for floor in (tiles(), two_floors(np.random.default_rng(5))):
+            actual = path(name, floor, friction, 2.0, rate, spin)
+            np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ALLOWED)

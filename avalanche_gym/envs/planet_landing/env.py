@@ -69,7 +69,7 @@ class PlanetLandingTask(BatchedTask):
     term_names = TERMS
     control_interval = 0.1
     max_thrust = dynamics.MAX_THRUST
-    default_time_step = 0.02
+    default_options = physics.Options(time_step=0.02, sleeping=False)
     level_ranges = scene.LEVELS
     draws = scene.DRAWS
     lane_dtype = scene.LANE

@@ -2,14 +2,17 @@
 
 A contact is recognised by its pair of colliders and its feature. Where a body slides from one triangle of a terrain to
 the next only the part of the feature lasts that names the point of the body; what is left over after that is matched by
-place: the unclaimed contact of the same two bodies close by whose normal is most alike.
+place: the unclaimed contact close by whose normal is most alike, of the same two bodies, or of the same point of one of
+them on another piece of ground.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..jit import kernel
 from ..maths import vec3
-from ..model import PLACE_BITS, SLIDING
+from ..model import DYNAMIC, PLACE_BITS, SLIDING
 
 # Contacts of the same pair within this fraction of the smaller body, normals within a third of a right angle, are taken
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.
@@ -22,11 +25,29 @@ EXACT, SAME_POINT, PLACE = 0, 1, 2
 
 
 @kernel
+def _orientation(old, new):
+    """1 if both contacts lead from one body to the same other one, or to another piece of ground; -1 if the new one
+
+    leads back; 0 if they have nothing in common.
+    """
+    if old.body_a == new.body_a and old.body_b == new.body_b:
+        return 1.0
+    if new.feature < SLIDING or old.feature >> PLACE_BITS != new.feature >> PLACE_BITS:
+        return 0.0
+    if old.body_a == new.body_a or old.body_b == new.body_b:
+        return 1.0
+    return -1.0 if old.body_a == new.body_b or old.body_b == new.body_a else 0.0
+
+
+@kernel
 def _likeness(old, new, stage):
-    """Cosine between the normals if the old contact may be the new one, else -1. Only one that bore load may be."""
-    if old.body_a != new.body_a or old.body_b != new.body_b or old.island < 0:
+    """Cosine between the normals if the old contact may be the new one, else -1."""
+    if old.island < 0:
         return -1.0
     if stage < PLACE and old.pair != new.pair:
+        return -1.0
+    orientation = _orientation(old, new)
+    if orientation == 0.0:
         return -1.0
     if stage == EXACT and old.feature != new.feature:
         return -1.0
@@ -36,22 +57,19 @@ def _likeness(old, new, stage):
         apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
         if apart > REACH * new.size:
             return -1.0
-    if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) <= 0.0:
-        return -1.0
-    alike = vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
+    alike = orientation * vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
     return alike if stage == EXACT or alike >= ALIKE else -1.0
 
 
 @kernel
 def _inherit(old, new, stage, span):
     """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
-    impulse = vec3.load(old.impulse)
-    moment = vec3.load(old.moment)
+    share = _orientation(old, new)
     if old.span != span:
-        impulse = vec3.scale(span / old.span, impulse)
-        moment = vec3.scale(span / old.span, moment)
+        share *= span / old.span
+    impulse = vec3.scale(share, vec3.load(old.impulse))
     vec3.store(new.impulse, impulse)
-    vec3.store(new.moment, moment)
+    vec3.store(new.moment, vec3.scale(share, vec3.load(old.moment)))
     if stage == EXACT:
         vec3.store(new.creep, vec3.load(old.creep))
         new.stuck = old.sticks
@@ -61,14 +79,45 @@ def _inherit(old, new, stage, span):
 
 
 @kernel
-def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
+def _key(bodies, contact):
+    """Number of the chain of a contact: that of its two bodies, or of the one that lies on whatever ground."""
+    a = contact.body_a
+    b = contact.body_b
+    if bodies[a].motion != DYNAMIC:
+        return b
+    return a + b if bodies[b].motion == DYNAMIC else a
+
+
+@kernel
+def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
+    """Match the contacts of one pair of bodies; ``oldest`` leads the chain that holds the old ones."""
+    for stage in range(3):
+        for index in range(first, last):
+            new = contacts[index]
+            if new.island == 1:
+                continue
+            best = -1.0
+            chosen = np.int64(-1)
+            candidate = oldest
+            while candidate >= 0:
+                likeness = _likeness(old_contacts[candidate], new, stage)
+                if likeness > best:
+                    best = likeness
+                    chosen = candidate
+                    if stage == EXACT:
+                        break
+                candidate = following[candidate]
+            if chosen >= 0:
+                _inherit(old_contacts[chosen], new, stage, span)
+
+
+@kernel
+def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, chains, following):
     """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
-    Both lists are sorted by pair of bodies, so the search starts where the last one ended and is linear in practice. On
-    return ``contacts.persistent`` says which bore load.
+    New contacts of a pair of bodies lie together. The old ones are found through chains: ``chains`` (any number) and
+    ``following`` (old contacts,) are scratch. On return ``contacts.persistent`` says which bore load.
     """
-    for index in range(num_old):
-        old_contacts[index].island = 0
     for index in range(num_contacts):
         contacts[index].island = 0
         contacts[index].persistent = 0
@@ -77,26 +126,29 @@ def match_contacts(old_contacts, num_old, contacts, num_contacts, span):
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
         contacts[index].span = span
-    if num_old == 0:
+    num_chains = chains.shape[0]
+    for chain in range(num_chains):
+        chains[chain] = -1
+    # Only what bore load has something to hand over. From the last to the first: each chain then leads on as the list.
+    loaded = False
+    for index in range(num_old - 1, -1, -1):
+        old = old_contacts[index]
+        if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) > 0.0:
+            old.island = 0
+            chain = _key(bodies, old) % num_chains
+            following[index] = chains[chain]
+            chains[chain] = index
+            loaded = True
+    if not loaded:
         return
-    for stage in range(3):
-        start = 0
-        for index in range(num_contacts):
-            new = contacts[index]
-            if new.island == 1:
-                continue
-            best = -1.0
-            chosen = -1
-            for step in range(num_old):
-                candidate = start + step
-                if candidate >= num_old:
-                    candidate -= num_old
-                likeness = _likeness(old_contacts[candidate], new, stage)
-                if likeness > best:
-                    best = likeness
-                    chosen = candidate
-                    if stage == EXACT:
-                        break
-            if chosen >= 0:
-                _inherit(old_contacts[chosen], new, stage, span)
-                start = chosen
+    first = np.int64(0)
+    while first < num_contacts:
+        a = contacts[first].body_a
+        b = contacts[first].body_b
+        last = first + 1
+        while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
+            last += 1
+        oldest = chains[_key(bodies, contacts[first]) % num_chains]
+        if oldest >= 0:
+            _match_pair(old_contacts, oldest, following, contacts, first, last, span)
+        first = last

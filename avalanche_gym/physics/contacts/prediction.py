@@ -39,26 +39,49 @@ THICKNESS = 4.0
 
 
 @kernel
-def point_displacement(start, end, point):
-    """Displacement [m] from ``start`` to ``end`` of the body's material that is at ``point`` [m] in ``start``."""
-    moved = vec3.sub(vec3.load(end.center), vec3.load(start.center))
+def turn_between(start, end):
+    """Rotation from ``start`` to ``end``; contacts of the same bodies share it."""
     before = quat.load(start.orientation)
     after = quat.load(end.orientation)
     # What is static has not turned, and most of what rests on it has not either.
     if before[1] == after[1] and before[2] == after[2] and before[3] == after[3]:
+        return quat.IDENTITY
+    return quat.multiply(after, quat.conjugate(before))
+
+
+@kernel
+def carried(start, end, turn, point):
+    """Displacement [m] from ``start`` to ``end``, between which the body turns by ``turn``, of its material that is at
+    ``point`` [m] in ``start``.
+    """
+    moved = vec3.sub(vec3.load(end.center), vec3.load(start.center))
+    if turn[1] == 0.0 and turn[2] == 0.0 and turn[3] == 0.0:
         return moved
     arm = vec3.sub(point, vec3.load(start.center))
-    turned = quat.rotate(quat.multiply(after, quat.conjugate(before)), arm)
-    return vec3.add(moved, vec3.sub(turned, arm))
+    return vec3.add(moved, vec3.sub(quat.rotate(turn, arm), arm))
+
+
+@kernel
+def point_displacement(start, end, point):
+    """Displacement [m] from ``start`` to ``end`` of the body's material that is at ``point`` [m] in ``start``."""
+    return carried(start, end, turn_between(start, end), point)
+
+
+@kernel
+def turned_gap_change(contact, position, normal, gap, start_a, end_a, turn_a, start_b, end_b, turn_b):
+    """``gap_change`` where the turns of both bodies are known."""
+    half = 0.5 * gap
+    moved_a = carried(start_a, end_a, turn_a, vec3.add_scaled(position, -half - contact.radius_a, normal))
+    moved_b = carried(start_b, end_b, turn_b, vec3.add_scaled(position, half + contact.radius_b, normal))
+    return vec3.dot(normal, vec3.sub(moved_b, moved_a))
 
 
 @kernel
 def gap_change(contact, position, normal, gap, start_a, end_a, start_b, end_b):
     """How much the gap [m] of a contact, where it is in ``start``, changes when its bodies move to ``end``."""
-    half = 0.5 * gap
-    moved_a = point_displacement(start_a, end_a, vec3.add_scaled(position, -half - contact.radius_a, normal))
-    moved_b = point_displacement(start_b, end_b, vec3.add_scaled(position, half + contact.radius_b, normal))
-    return vec3.dot(normal, vec3.sub(moved_b, moved_a))
+    turn_a = turn_between(start_a, end_a)
+    turn_b = turn_between(start_b, end_b)
+    return turned_gap_change(contact, position, normal, gap, start_a, end_a, turn_a, start_b, end_b, turn_b)
 
 
 @kernel
@@ -93,15 +116,28 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
     SLACK of the smaller body are dropped, unless a body turns so far that another part of it may be the one that hits.
     """
     kept = 0
+    # Contacts come pair by pair.
+    last_a = -1
+    last_b = -1
+    turn_a = quat.IDENTITY
+    turn_b = quat.IDENTITY
     for index in range(num_contacts):
         contact = contacts[index]
         a = contact.body_a
         b = contact.body_b
+        if a != last_a:
+            turn_a = turn_between(starts[a], ends[a])
+            last_a = a
+        if b != last_b:
+            turn_b = turn_between(starts[b], ends[b])
+            last_b = b
         point = vec3.load(contact.position)
         normal = vec3.load(contact.normal)
         rise = vec3.dot(normal, vec3.load(contact.surface_velocity))
         contact.size = min(bodies[a].size, bodies[b].size)
-        change = gap_change(contact, point, normal, contact.gap, starts[a], ends[a], starts[b], ends[b])
+        change = turned_gap_change(
+            contact, point, normal, contact.gap, starts[a], ends[a], turn_a, starts[b], ends[b], turn_b
+        )
         contact.free_gap = contact.gap + change + time_step * rise
         struck = contact.blow[0] != 0.0 or contact.blow[1] != 0.0 or contact.blow[2] != 0.0
         if contact.free_gap > SLACK * contact.size and contact.gap > 0.0 and not struck:
@@ -181,17 +217,27 @@ def measure_end(places, ends, contacts, order, first, last):
     The fields ``end_*`` hold its geometry with the bodies at ``places``; they are now at ``ends``.
     """
     worst = 0.0
+    last_a = -1
+    last_b = -1
+    turn_a = quat.IDENTITY
+    turn_b = quat.IDENTITY
     for index in range(first, last):
         contact = contacts[order[index]]
         a = contact.body_a
         b = contact.body_b
+        if a != last_a:
+            turn_a = turn_between(places[a], ends[a])
+            last_a = a
+        if b != last_b:
+            turn_b = turn_between(places[b], ends[b])
+            last_b = b
         position = vec3.load(contact.end_position)
         normal = vec3.load(contact.end_normal)
-        change = gap_change(contact, position, normal, contact.end_gap, places[a], ends[a], places[b], ends[b])
-        contact.gap = contact.end_gap + change
-        moved = vec3.add(
-            point_displacement(places[a], ends[a], position), point_displacement(places[b], ends[b], position)
+        change = turned_gap_change(
+            contact, position, normal, contact.end_gap, places[a], ends[a], turn_a, places[b], ends[b], turn_b
         )
+        contact.gap = contact.end_gap + change
+        moved = vec3.add(carried(places[a], ends[a], turn_a, position), carried(places[b], ends[b], turn_b, position))
         vec3.store(contact.position, vec3.add_scaled(position, 0.5, moved))
         vec3.store(contact.normal, normal)
         worst = max(worst, -contact.gap)

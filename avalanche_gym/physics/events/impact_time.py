@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 from ..integrator.flight import fly
-from ..jit import kernel, stage
+from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
 from ..model import BODY_STATE, CONTACT, DYNAMIC, PLACE_BITS, SLIDING
@@ -113,7 +113,6 @@ def find_impact_time(address, workspace_address, world, count):
     ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``bound`` tells how a body
     moves. Returns 1 if there is an impact before the end.
     """
-    header = header_at(address)
     workspace = workspace_at(workspace_address)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     workspace.impact_time = workspace.span
@@ -126,14 +125,16 @@ def find_impact_time(address, workspace_address, world, count):
             first = index
         if contact.located > 0 and contact.pair != pair:
             pair = contact.pair
-            if _search(header, workspace, world, contacts, first, count):
+            if _search(address, workspace_address, world, contacts, first, count):
                 found = 1
     return found
 
 
 @kernel
-def _search(header, workspace, world, contacts, first, count):
+def _search(address, workspace_address, world, contacts, first, count):
     """Look for an impact of one pair of colliders before ``impact_time``, and move that up to it."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
     contact = contacts[first]
     a, b, pair, size = contact.body_a, contact.body_b, contact.pair, contact.size
     bodies = bodies_of(header, world)
@@ -175,6 +176,8 @@ def _search(header, workspace, world, contacts, first, count):
         query.margin = speed * left + TOUCHING * size
         query.motion = query.margin
         number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
+        if header.cross_seams != 0:
+            number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
         step = math.inf
         deepest = math.inf
         for index in range(number):

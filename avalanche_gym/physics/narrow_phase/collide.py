@@ -168,6 +168,35 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
 
 
 @kernel
+def _apart(first, second, reach):
+    """Whether two points are farther apart than ``reach`` [m], which may be infinite."""
+    return vec3.norm_squared(vec3.sub(second, first)) > reach * reach
+
+
+@kernel
+def _collide_parts(header, query_address, bodies, states, a, b, count):
+    """The same as collide_bodies for compounds: parts whose spheres are apart are passed over."""
+    body_a = bodies[a]
+    body_b = bodies[b]
+    margin = query_at(query_address).margin
+    colliders = colliders_of(header)
+    center_a = vec3.load(states[a].center)
+    center_b = vec3.load(states[b].center)
+    rotation_a = quat.to_matrix(quat.load(states[a].orientation))
+    rotation_b = quat.to_matrix(quat.load(states[b].orientation))
+    for i in range(body_a.first_collider, body_a.first_collider + body_a.num_colliders):
+        reach = colliders[i].radius + margin
+        middle = vec3.add(center_a, mat3.apply(rotation_a, vec3.load(colliders[i].position)))
+        if _apart(middle, center_b, reach + body_b.radius):
+            continue
+        for j in range(body_b.first_collider, body_b.first_collider + body_b.num_colliders):
+            other = vec3.add(center_b, mat3.apply(rotation_b, vec3.load(colliders[j].position)))
+            if not _apart(middle, other, reach + colliders[j].radius):
+                count = collide_pair(header, query_address, states, a, i, b, j, count)
+    return count
+
+
+@kernel
 def collide_bodies(header, query_address, bodies, states, a, b, count):
     """Append the contacts of bodies a < b placed by ``states`` to the list of the query; return the new count.
 
@@ -175,7 +204,6 @@ def collide_bodies(header, query_address, bodies, states, a, b, count):
     """
     body_a = bodies[a]
     body_b = bodies[b]
-    for i in range(body_a.first_collider, body_a.first_collider + body_a.num_colliders):
-        for j in range(body_b.first_collider, body_b.first_collider + body_b.num_colliders):
-            count = collide_pair(header, query_address, states, a, i, b, j, count)
-    return count
+    if body_a.num_colliders == 1 and body_b.num_colliders == 1:
+        return collide_pair(header, query_address, states, a, body_a.first_collider, b, body_b.first_collider, count)
+    return _collide_parts(header, query_address, bodies, states, a, b, count)

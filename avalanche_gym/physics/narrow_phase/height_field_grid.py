@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
-from ..maths import vec3
+from ..maths import mat3, vec3
 from .terrain_features import put_edge
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -186,14 +186,13 @@ def cell_range(heights, columns, corner):
 
 
 @kernel
-def _meets_core(axes, half, reach, r, e):
-    """Whether the segment from r to r + e, seen from the middle of the shape, comes near its core: its box and axes."""
-    middle = vec3.add_scaled(r, 0.5, e)
-    near = True
-    for k in range(3):
-        axis = (axes[k], axes[3 + k], axes[6 + k])
-        near &= abs(vec3.dot(axis, middle)) <= half[k] + reach + 0.5 * abs(vec3.dot(axis, e))
-    return near
+def _meets_core(half, reach, x, y):
+    """Whether the segment from x to x + y, in the frame of the core of the shape, comes near its box on all axes."""
+    return (
+        abs(x[0] + 0.5 * y[0]) <= half[0] + reach + 0.5 * abs(y[0])
+        and abs(x[1] + 0.5 * y[1]) <= half[1] + reach + 0.5 * abs(y[1])
+        and abs(x[2] + 0.5 * y[2]) <= half[2] + reach + 0.5 * abs(y[2])
+    )
 
 
 @kernel
@@ -257,14 +256,16 @@ def list_features(grid, heights, rows, columns, scratch, item):
             aside = z + d - c - heights[corner - 1]
             bent = max(ahead, aside, z + c - b - d) > grid[6]
         if near:
+            local = mat3.apply_transposed(axes, r)
             for edge in range(3 if bent else 0):
                 rise = 0 if edge == 0 else 1
                 shift = 0 if edge == 1 else 1
                 if _is_convex(heights, rows, columns, row, column, rise, shift, grid[6]):
                     e = (shift * grid[2], rise * grid[3], heights[(row + rise) * columns + column + shift] - z)
-                    if _meets_ball(reach_squared, r, e) and _meets_core(axes, half, reach, r, e):
+                    y = mat3.apply_transposed(axes, e)
+                    if _meets_core(half, reach, local, y) and _meets_ball(reach_squared, r, e):
                         end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
-            if _meets_core(axes, half, reach, r, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared:
+            if _meets_core(half, reach, local, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared:
                 end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
         item += 1
         column += 1

@@ -29,7 +29,7 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_features import TILT, in_edge_cone, in_vertex_cone
+from .terrain_features import TILT, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
 from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, in_frame, margin_of, put_core
 from .triangle import REGION_SLACK
 
@@ -125,15 +125,13 @@ def _side(scratch, row, radius, half_length, count):
     d = vec3.cross(e, axis)
     sine_squared = vec3.norm_squared(d)
     d = vec3.scale(math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0))) / math.sqrt(sine_squared), d)
-    r = vec3.sub(vec3.add_scaled(center, -radius, d), start)
-    gap = vec3.dot(r, d)
-    if gap > margin_of(scratch) or not in_edge_cone(scratch, row, d):
+    inside, d = into_edge_cone(scratch, row, d)
+    if not inside:
         return count, False
-    cosine = vec3.dot(e, axis)
-    along_e = vec3.dot(r, e)
-    along_axis = vec3.dot(r, axis)
-    t = (along_e - cosine * along_axis) / sine_squared
-    u = (cosine * along_e - along_axis) / sine_squared
+    t, u, gap = meet_along(vec3.sub(center, start), e, axis, d)
+    gap -= radius
+    if gap > margin_of(scratch):
+        return count, False
     foot = vec3.add_scaled(start, t, e)
     if (
         abs(u) > (1.0 + REGION_SLACK) * half_length
@@ -155,8 +153,8 @@ def _cap(scratch, row, radius, half_length, count):
     slope = vec3.dot(e, axis)
     d = vec3.normalize(vec3.add_scaled(axis, -slope, e))
     sense = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
-    d = vec3.scale(sense, d)
-    if not in_edge_cone(scratch, row, d):
+    inside, d = into_edge_cone(scratch, row, vec3.scale(sense, d))
+    if not inside:
         return count, False
     # The edge seen along the axis, from the middle of the cap that looks at it.
     middle = vec3.add_scaled(center, -sense * half_length, axis)

@@ -11,7 +11,10 @@ vector; m1 and m2 are at least that long), ``out`` points to the free side. They
 
 The normal of every contact is that of a feature of the terrain whose normal cone holds it, exactly; the part of the
 box must be its extreme one against that normal. There a part counts as extreme too if it misses by at most ``TILT``,
-because a box that rests flat on a ridge needs both ends of its support, and round-off tilts it.
+because a box that rests flat on a ridge needs both ends of its support, and round-off tilts it. In the same way an edge
+of the body that lies almost flat on a face needs both ends of what it shares with it, or the contact would jump from
+one end to the other as it rocks: where it crosses the border of the face with a normal up to ``TILT`` outside of the
+cone, it has a contact there, along the normal of the face.
 
 Where a box has sunk into an edge or a vertex, several pairs of features pass these tests; the one with the least
 depth is the way out (the separating-axis rule). A feature beyond the centre is left to the vertices of the box.
@@ -70,6 +73,38 @@ def in_edge_cone(scratch, row, d):
         and vec3.dot(d, get(scratch, row + 1, 3)) <= REGION_SLACK
         and vec3.dot(d, get(scratch, row + 2, 0)) > 0.0
     )
+
+
+@kernel
+def into_edge_cone(scratch, row, d):
+    """Whether d, at right angles to an edge, is in its cone up to TILT; and the direction in the cone next to it."""
+    if vec3.dot(d, get(scratch, row + 2, 0)) <= 0.0:
+        return False, d
+    m = get(scratch, row + 1, 0)
+    beyond = vec3.dot(d, m)
+    other = vec3.dot(d, get(scratch, row + 1, 3))
+    if other > beyond:
+        m = get(scratch, row + 1, 3)
+        beyond = other
+    if beyond <= REGION_SLACK:
+        return True, d
+    square = vec3.norm_squared(m)
+    if beyond * beyond > TILT * TILT * square:
+        return False, d
+    d = vec3.normalize(vec3.add_scaled(d, -beyond / square, m))
+    return in_edge_cone(scratch, row, d), d
+
+
+@kernel
+def meet_along(r, e, b, d):
+    """Where two lines meet, seen along d, which is at right angles to e.
+
+    The lines are t e and r + u b. Returns t, u and how far the second is beyond the first along d.
+    """
+    across = vec3.cross(e, d)
+    u = -vec3.dot(r, across) / vec3.dot(b, across)
+    meeting = vec3.add_scaled(r, u, b)
+    return vec3.dot(meeting, e), u, vec3.dot(meeting, d)
 
 
 @kernel
@@ -161,8 +196,15 @@ def _crossing(scratch, row, count):
             if sine_squared < PARALLEL * PARALLEL:
                 continue
             side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
+            # d is at most of length one: what is outside the cone already needs no root.
+            if (
+                side * vec3.dot(d, get(scratch, row + 1, 0)) > REGION_SLACK
+                or side * vec3.dot(d, get(scratch, row + 1, 3)) > REGION_SLACK
+            ):
+                continue
             d = vec3.scale(side / math.sqrt(sine_squared), d)
-            if not in_edge_cone(scratch, row, d):
+            inside, d = into_edge_cone(scratch, row, d)
+            if not inside:
                 continue
             j = (axis + 1) % 3
             k = (axis + 2) % 3
@@ -170,7 +212,6 @@ def _crossing(scratch, row, count):
             a_k = axis_of(scratch, k)
             slope_j = vec3.dot(a_j, d)
             slope_k = vec3.dot(a_k, d)
-            cosine = vec3.dot(e, b)
             for sides in range(4):
                 side_j = 2.0 * (sides & 1) - 1.0
                 side_k = (sides & 2) - 1.0
@@ -182,13 +223,10 @@ def _crossing(scratch, row, count):
                     continue
                 q = vec3.add_scaled(vec3.add_scaled(center, side_j * half[j], a_j), side_k * half[k], a_k)
                 r = vec3.sub(q, start)
-                gap = vec3.dot(r, d) - radius
+                t, u, gap = meet_along(r, e, b, d)
+                gap -= radius
                 if gap > margin or gap < deepest:
                     continue
-                along_e = vec3.dot(r, e)
-                along_b = vec3.dot(r, b)
-                t = (along_e - cosine * along_b) / sine_squared
-                u = (cosine * along_e - along_b) / sine_squared
                 if abs(t - 0.5 * length) > (0.5 + REGION_SLACK) * length or abs(u) > (1.0 + REGION_SLACK) * half[axis]:
                     continue
                 foot = vec3.add_scaled(start, t, e)

@@ -21,7 +21,7 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_features import PARALLEL, TILT, in_edge_cone, in_vertex_cone
+from .terrain_features import PARALLEL, TILT, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
 from .terrain_shape import FIRST_FEATURE_ROW, get, in_frame, margin_of, put_core, put_corner, scale_of
 from .triangle import REGION_SLACK
 
@@ -105,17 +105,16 @@ def _crossing(scratch, row, hull, origin, axes, count):
             if attempt == 1 and vec3.dot(d, way_out) < 1.0 - 0.5 * TILT * TILT:
                 continue
             r = vec3.sub(p, start)
-            gap = vec3.dot(r, d)
+            # Up to TILT this is what it will be.
+            if vec3.dot(r, d) > margin + TILT * scale_of(scratch):
+                continue
+            inside, turned = into_edge_cone(scratch, row, mat3.apply(axes, d))
+            if not inside:
+                continue
+            d = mat3.apply_transposed(axes, turned)
+            t, u, gap = meet_along(r, e, b, d)
             if gap > margin or (attempt == 0 and gap <= best):
                 continue
-            turned = mat3.apply(axes, d)
-            if not in_edge_cone(scratch, row, turned):
-                continue
-            cosine = vec3.dot(e, b)
-            along_e = vec3.dot(r, e)
-            along_b = vec3.dot(r, b)
-            t = (along_e - cosine * along_b) / sine_squared
-            u = (cosine * along_e - along_b) / sine_squared
             if abs(t - 0.5 * length) > (0.5 + REGION_SLACK) * length:
                 continue
             if abs(u - 0.5 * own_length) > (0.5 + REGION_SLACK) * own_length:

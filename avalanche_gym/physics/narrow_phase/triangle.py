@@ -55,8 +55,9 @@ def closest_point(p, a, b, c):
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
         w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
         return vec3.add_scaled(b, w, vec3.sub(c, b)), EDGE + 1
-    scale = 1.0 / (va + vb + vc)
-    return vec3.add_scaled(vec3.add_scaled(a, vb * scale, ab), vc * scale, ac), INSIDE
+    # The foot on the plane: barycentric coordinates of a needle are off by the round-off of its length over its width.
+    n = vec3.cross(ab, ac)
+    return vec3.add_scaled(p, -vec3.dot(n, ap) / vec3.norm_squared(n), n), INSIDE
 
 
 @kernel

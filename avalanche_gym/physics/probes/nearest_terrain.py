@@ -20,7 +20,7 @@ from ..narrow_phase.height_field_grid import face_normal, grid_of, sample
 from ..narrow_phase.height_field_walls import facet_height, nearest_wall
 from ..narrow_phase.mesh_surface import nearest_face
 from ..narrow_phase.smooth_surface import coefficients_of, locate, patch_of, signed_distance
-from ..narrow_phase.triangle import EDGE, VERTEX, closest_point
+from ..narrow_phase.triangle import EDGE, REGION_SLACK, VERTEX, closest_point
 from ..shapes.static_tree import leaf_near
 from .probe import MISS, answer, probe_at
 
@@ -78,10 +78,12 @@ def near_facets(address):
         wall, outward = nearest_wall(p, -grid[0], -grid[1])
         if wall < distance:
             return answer(probe, -wall, outward)
-    if distance == 0.0:
+    if distance <= REGION_SLACK * grid[2]:
         row, v = locate(y - grid[1], grid[5], rows - 1)
         column, u = locate(x - grid[0], grid[4], columns - 1)
-        return answer(probe, 0.0, face_normal(grid, heights, row * columns + column, columns, 1 if v > u else 0))
+        if below:
+            distance = -distance
+        return answer(probe, distance, face_normal(grid, heights, row * columns + column, columns, 1 if v > u else 0))
     normal = vec3.scale((-1.0 if below else 1.0) / distance, vec3.sub(p, nearest))
     return answer(probe, -distance if below else distance, normal)
 
@@ -162,8 +164,10 @@ def near_mesh(address):
     elif lies_on >= EDGE and face.neighbours[lies_on - EDGE] >= 0:
         n = vec3.normalize(vec3.add(n, vec3.load(faces[face.neighbours[lies_on - EDGE]].normal)))
     d = vec3.sub(p, nearest)
-    distance = vec3.norm(d)
-    if distance == 0.0:
-        return answer(probe, 0.0, n)
     inside = mesh.closed == 1 and vec3.dot(n, d) < 0.0
+    distance = vec3.norm(d)
+    # What is left of the difference of two equal points has no direction.
+    edge = vec3.sub(vec3.load(vertices[face.vertices[1]].position), vec3.load(vertices[face.vertices[0]].position))
+    if distance * distance <= REGION_SLACK * REGION_SLACK * vec3.norm_squared(edge):
+        return answer(probe, -distance if inside else distance, n)
     return answer(probe, -distance if inside else distance, vec3.scale((-1.0 if inside else 1.0) / distance, d))

@@ -28,7 +28,7 @@ from __future__ import annotations
 from ..contacts.prediction import DRIFT, OVERLAP, velocity_at
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..model import DYNAMIC
+from ..model import DYNAMIC, ON_A, ON_B, STATIC
 from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
 from .creep import CLOSING, drifts_away
 from .places import back_to_middle, take_middle
@@ -79,25 +79,30 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
         a = contact.body_a
         b = contact.body_b
         middle = vec3.load(contact.position)
-        at_middle = vec3.sub(
-            velocity_at(working[b], predicted[b], middle), velocity_at(working[a], predicted[a], middle)
-        )
         own = b if bodies[b].motion == DYNAMIC else a
         other = a if own == b else b
         sign = 1.0 if own == b else -1.0
         center = vec3.load(predicted[own].center)
-        relative = vec3.sub(vec3.load(predicted[own].velocity), velocity_at(predicted[other], predicted[other], center))
-        spin = vec3.sub(vec3.load(predicted[own].angular_velocity), vec3.load(predicted[other].angular_velocity))
-        relative = vec3.scale(sign, back_to_middle(contact, predicted, working, relative))
-        spin = vec3.scale(sign, back_to_middle(contact, predicted, working, spin))
         arm = vec3.sub(vec3.load(contact.end_position), center)
-        arm = back_to_middle(contact, predicted, working, arm)
         arm_middle = vec3.sub(middle, vec3.load(working[own].center))
-        at_end = vec3.add(relative, vec3.cross(spin, arm_middle))
+        turning = vec3.ZERO
+        if bodies[other].motion == STATIC and contact.curved == 0 and contact.frame == (ON_B if other == b else ON_A):
+            # Q is the identity and V + Omega cross x the velocity at the middle: all that can differ is the arm.
+            spin = vec3.scale(sign, vec3.load(predicted[own].angular_velocity))
+        else:
+            at_middle = vec3.sub(
+                velocity_at(working[b], predicted[b], middle), velocity_at(working[a], predicted[a], middle)
+            )
+            relative = velocity_at(predicted[other], predicted[other], center)
+            relative = vec3.sub(vec3.load(predicted[own].velocity), relative)
+            spin = vec3.sub(vec3.load(predicted[own].angular_velocity), vec3.load(predicted[other].angular_velocity))
+            relative = vec3.scale(sign, back_to_middle(contact, predicted, working, relative))
+            spin = vec3.scale(sign, back_to_middle(contact, predicted, working, spin))
+            arm = back_to_middle(contact, predicted, working, arm)
+            turning = vec3.sub(vec3.add(relative, vec3.cross(spin, arm_middle)), at_middle)
         change = vec3.cross(spin, vec3.sub(arm, arm_middle))
         if time_step * vec3.norm(change) > OVERLAP * contact.size:
-            at_end = vec3.add(at_end, change)
-        turning = vec3.sub(at_end, at_middle)
+            turning = vec3.add(turning, change)
         contact.bias = 0.0
         if contact.persistent == 0:
             # Its gap would end at end_gap + h n . (u - u') / 2, u' being the velocity that led to that gap; it comes

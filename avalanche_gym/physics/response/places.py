@@ -100,14 +100,18 @@ def predict_places(
 ):  # fmt: skip
     """Bodies at the end that ``ends`` has so far, and midway to it; the contacts' fields ``end_*`` there."""
     predict_bodies(starts, ends, island_bodies, first_body, last_body, predicted, working)
+    support = -1
     for index in range(first, last):
         contact = contacts[order[index]]
         a = contact.body_a
         b = contact.body_b
-        if bodies[a].motion != DYNAMIC:
+        # Contacts with the same support follow one another.
+        if bodies[a].motion != DYNAMIC and a != support:
             _predict_support(starts[a], flown[a], predicted[a], working[a])
-        if bodies[b].motion != DYNAMIC:
+            support = a
+        if bodies[b].motion != DYNAMIC and b != support:
             _predict_support(starts[b], flown[b], predicted[b], working[b])
+            support = b
         contact.warm = 1 if bears_load(contact) else 0
         turn_contact(contact, starts[a], predicted[a], starts[b], predicted[b], time_step)
         if contact.persistent == 0 and contact.restitution > 0.0 and contact.end_gap < 0.0:

@@ -8,6 +8,7 @@ from ..contacts.islands import find_islands
 from ..contacts.located import located_last, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
+from ..contacts.sleeping import touch_sleepers
 from ..frames import publish_body
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
@@ -18,6 +19,7 @@ from ..memory import (
     height_rates_of,
     heights_of,
     report_of,
+    rest_of,
     starts_of,
     states_of,
     table,
@@ -73,19 +75,28 @@ def solve_problem(address, workspace_address, num_contacts, num_bodies):
 
 @stage
 def sort_contacts(address, workspace_address, world, count):
-    """Predict the contacts, match them with those before, and sort them into islands; return how many remain."""
+    """Predict the contacts, match them with those before, and sort them into islands.
+
+    Returns how many remain, or -1 if a sleeping island was touched and woke: the step begins anew.
+    """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     span = workspace.span
+    chains = table(workspace.island_starts, workspace.island_starts_size, np.int64)
+    following = table(workspace.order, workspace.order_size, np.int64)
     count = predict_contacts(bodies, starts_of(header, workspace), flown, span, contacts, count)
     if workspace.part == WHOLE:
-        match_contacts(contacts_of(header, world), world_entry(header.num_contacts, world)[0], contacts, count, span)
+        count = touch_sleepers(header, world, contacts, count)
+        if count < 0:
+            return -1
+        num_old = world_entry(header.num_contacts, world)[0]
+        match_contacts(bodies, contacts_of(header, world), num_old, contacts, count, span, chains, following)
     else:
         recent = table(workspace.recent, workspace.recent_size, CONTACT)
-        match_contacts(recent, workspace.num_recent, contacts, count, span)
+        match_contacts(bodies, recent, workspace.num_recent, contacts, count, span, chains, following)
     workspace.num_islands = find_islands(
         bodies,
         contacts,
@@ -133,6 +144,8 @@ def _step_island(address, workspace_address, world, island):
     report = report_of(header, world)
 
     struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
+    if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
+        return True
     if header.events == 1 and workspace.part != LAST:
         alone = last_body - first_body == 1
         located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
@@ -244,6 +257,7 @@ def _solve(address, workspace_address, world, first, last, first_body, last_body
         return False
     keep_impulses(contacts, order, first, last, rows)
     keep_moments(contacts, order, first, rows, own, num_rows)
+    rest_of(header, world)[members[first_body]].residual = workspace.residual
     report = report_of(header, world)
     report.residual = max(report.residual, workspace.residual)
     report.iterations += workspace.iterations
@@ -282,5 +296,5 @@ def commit(address, workspace_address, world, count):
         for sample in range(heights.shape[0]):
             heights[sample] += header.time_step * rates[sample]
     report = report_of(header, world)
-    report.contacts = max(report.contacts, count)
+    report.contacts = max(report.contacts, count + world_entry(header.num_asleep_contacts, world)[0])
     return 0

@@ -69,7 +69,13 @@ class TriangleMesh(Shape):
         factor = checks.positive_number("TriangleMesh.from_file(scale)", scale)
         if not os.path.isfile(path):
             raise ValueError(f"TriangleMesh.from_file(path)={os.fspath(path)!r} is not a file. Check the path.")
-        mesh = trimesh.load_mesh(path)
+        try:
+            mesh = trimesh.load_mesh(path)
+        except Exception as error:  # loaders of many formats, each with errors of its own
+            raise ValueError(
+                f"TriangleMesh.from_file(path)={os.fspath(path)!r} cannot be read: {error}. Give a file that trimesh "
+                "reads, such as STL, OBJ, PLY or GLB."
+            ) from error
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             raise ValueError(
                 f"TriangleMesh.from_file(path)={os.fspath(path)!r} holds no triangles. Export a triangle mesh."

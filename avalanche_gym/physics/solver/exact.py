@@ -52,6 +52,10 @@ NEEDS_MEMORY, CERTIFICATE, SINGLE, NEWTON, INTERIOR_POINT, SWEEPS = -1, 0, 1, 2,
 CERTIFIED = 0.1
 # Newton from the warm start: the weight makes the first step the solution if no contact changes its status.
 WARM_DELTA, WARM_BUDGET = 1e-6, 8
+# If the tolerance is loose enough to be reached in that one step, the weight is this share of it.
+LOOSE, WARM_SHARE = 1e-7, 0.01
+# Islands of so few bodies are swept, which is cheap there, and given to Newton again before the interior point.
+SWEPT_BODIES, SWEPT_DELTA, SWEPT_BUDGET = 2, 1e-6, 8
 # Interior point: residual at which Newton takes over, in the first round and in the second, and most factorisations of
 # each. Handing over earlier saves steps in easy islands and loses jammed ones.
 FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
@@ -114,23 +118,29 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
     best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
     if best <= max(CERTIFIED * tolerance, noise):
         return best, 0, CERTIFICATE
-    keep_best(rows, num_contacts)
     spent = 0
-    slots = 0
-    products = 0
-    if num_contacts > 1:
-        slots, products = eliminate(rows, num_contacts, num_bodies, num_handles, index)
-        index[0] = num_bodies + 2 * slots + SCRATCH_BLOCKS
-        if slots < 0 or index[0] > len(blocks):
-            return math.inf, 0, NEEDS_MEMORY
-    if num_contacts == 1 or products > MOST_PRODUCTS:
-        method = SINGLE if num_contacts == 1 else SWEEPS
-        most = 1 if num_contacts == 1 else MOST_SWEEPS
+    if num_contacts == 1:
+        # In closed form: exact, and better than the warm start, or round-off keeps both from being.
         prepare_local(rows, nodes, num_contacts)
-        while spent < most:
+        keep_best(rows, num_contacts)
+        sweep(rows, nodes, num_contacts)
+        residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+        if residual >= best:
+            restore_best(rows, num_contacts)
+            residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+        return residual, 1, SINGLE
+    keep_best(rows, num_contacts)
+    slots, products = eliminate(rows, num_contacts, num_bodies, num_handles, index)
+    index[0] = num_bodies + 2 * slots + SCRATCH_BLOCKS
+    if slots < 0 or index[0] > len(blocks):
+        return math.inf, 0, NEEDS_MEMORY
+    if products > MOST_PRODUCTS:
+        method = SWEEPS
+        prepare_local(rows, nodes, num_contacts)
+        while spent < MOST_SWEEPS:
             sweep(rows, nodes, num_contacts)
             spent += 1
-            if spent == most or spent % SWEEPS_PER_LOOK == 0:
+            if spent % SWEEPS_PER_LOOK == 0:
                 residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
                 if residual < best:
                     best = residual
@@ -140,9 +150,10 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
     else:
         method = NEWTON
         present = best
-        delta = WARM_DELTA
+        delta = min(WARM_DELTA, WARM_SHARE * tolerance) if tolerance > LOOSE else WARM_DELTA
         budget = WARM_BUDGET
         goal = FIRST_GOAL
+        fresh = True
         while True:
             best, used, solved = newton(
                 rows,
@@ -165,14 +176,16 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 return best, spent, method
             if spent >= max_iterations or goal < SECOND_GOAL or best <= max(GOOD, tolerance):
                 break
-            if rows[num_contacts - 1].of >= 0:
+            swept = fresh and num_bodies <= SWEPT_BODIES
+            if swept or rows[num_contacts - 1].of >= 0:
                 # The interior point knows no moments; sweeps unsettle Newton as well.
                 restore_best(rows, num_contacts)
                 evaluate(rows, nodes, num_contacts, num_bodies, violation)
                 prepare_local(rows, nodes, num_contacts)
                 for _ in range(min(UNSETTLING_SWEEPS, max_iterations - spent)):
                     sweep(rows, nodes, num_contacts)
-                    spent += 1
+                    # Where they are cheap they leave the factorisations to those who need them.
+                    spent += 0 if swept else 1
             else:
                 best, used = interior_point(
                     rows,
@@ -184,13 +197,20 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                     num_handles,
                     slots,
                     violation,
-                    goal,
+                    max(goal, 0.5 * tolerance),
                     best,
                     min(INTERIOR_BUDGET, max_iterations - spent),
                 )
                 spent += used
             present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+            fresh = False
+            if swept:
+                delta = SWEPT_DELTA
+                budget = SWEPT_BUDGET
+                continue
             method = INTERIOR_POINT
+            if present <= tolerance:
+                return present, spent, method
             delta = POLISH_DELTA
             budget = POLISH_BUDGET
             goal = SECOND_GOAL if goal == FIRST_GOAL else 0.0

@@ -21,6 +21,7 @@ from ..maths import mat3, vec3
 from .assembly import assemble_matrix, linearise_rows, set_right_side, set_velocities
 from .factorisation import factorise, solve
 from .iterate import keep_accepted, keep_best, restore_accepted
+from .linearisation import OPEN
 from .problem import load_matrix
 from .residual import evaluate
 from .response import relative_velocity
@@ -89,8 +90,9 @@ def newton(
         set_velocities(nodes, num_bodies)
         for i in range(num_contacts):
             row = rows[i]
-            change = mat3.apply(load_matrix(row.stiffness), relative_velocity(row, nodes))
-            step = vec3.sub(vec3.load(row.offset), change)
+            step = vec3.load(row.offset)
+            if row.status != OPEN:
+                step = vec3.sub(step, mat3.apply(load_matrix(row.stiffness), relative_velocity(row, nodes)))
             if row.of >= 0:
                 contact = rows[row.of]
                 rise = vec3.dot(vec3.sub(vec3.load(contact.impulse), vec3.load(contact.dx)), vec3.load(contact.normal))

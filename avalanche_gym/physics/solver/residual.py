@@ -60,13 +60,27 @@ def natural_map(rows, row, impulse, velocity):
 
 @kernel
 def free_violation(rows, num_contacts):
-    """res at r = 0: what the free motion violates."""
+    """res at r = 0: what the free motion violates.
+
+    There F_i = -P_K(z) with z = -(w + mu |w_t| n) / Wd. If w does not approach, z is in the polar cone; if it sticks, z
+    is its own projection; else the foot on the surface has the normal part -w_n / (Wd (1 + mu^2)).
+    """
     total = 0.0
     for i in range(num_contacts):
         row = rows[i]
         if row.scale > 0.0 and row.of < 0:
-            error, _ = natural_map(rows, row, vec3.ZERO, vec3.load(row.free))
-            total += row.scale * vec3.norm_squared(error)
+            velocity = vec3.load(row.free)
+            normal = vec3.load(row.normal)
+            along = vec3.dot(velocity, normal)
+            if along < 0.0:
+                friction = row.friction
+                slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
+                pressed = -along - friction * slip
+                if slip <= friction * pressed:
+                    square = pressed * pressed + slip * slip
+                else:
+                    square = along * along / (1.0 + friction * friction)
+                total += square / row.scale
     return math.sqrt(total)
 
 
@@ -83,7 +97,9 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
     clear(nodes, num_bodies + 1)
     for i in range(num_contacts):
         row = rows[i]
-        add_impulse(row, nodes, vec3.load(row.impulse))
+        impulse = vec3.load(row.impulse)
+        if impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0:
+            add_impulse(row, nodes, impulse)
     impulses_to_velocities(nodes, num_bodies + 1)
     squares = 0.0
     impulses = 0.0
@@ -94,6 +110,15 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
         vec3.store(row.velocity, velocity)
         if row.scale > 0.0:
             impulse = vec3.load(row.impulse)
+            if row.of < 0 and impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
+                normal = vec3.load(row.normal)
+                along = vec3.dot(velocity, normal)
+                if along >= 0.0:
+                    # Open and unloaded: F = 0, without a projection.
+                    slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
+                    lift = along + row.friction * slip
+                    magnitudes += (lift * lift + slip * slip) / row.scale
+                    continue
             error, corrected = natural_map(rows, row, impulse, velocity)
             squares += row.scale * vec3.norm_squared(error)
             impulses += row.scale * vec3.norm_squared(impulse)

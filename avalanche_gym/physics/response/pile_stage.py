@@ -1,0 +1,134 @@
+"""The stage of the pile tier, and which islands go there.
+
+An island is for the pile tier if it is large, its bodies touch in rings (a stack or a chain costs the exact tier no more
+than its length), and it moves. Once it hardly moves the impulses of the last step are certified; if they are no solution,
+the exact tier tries. If that fails the pile tier goes on, and the exact tier waits twice as long before it tries again.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..contacts.prediction import measure_end
+from ..jit import kernel, stage
+from ..maths import vec3
+from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
+from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, TO_IMPACT
+from ..solver.exact import CERTIFIED
+from ..solver.pile_memory import PILE_NODE, PILE_ROW
+from .pile import certify_pile_island, step_pile_island
+
+# Rings of touching bodies, as a share of their number, above which an island is no chain.
+RINGS = 0.25
+# Above so many rings a factorisation would be too dear (some 0.1 s).
+MOST_RINGS = 600
+# A body that moves by less than this fraction of its size in a step hardly moves.
+QUIET = 1e-4
+# Residual at which the exact tier has done what it can, whatever was asked for.
+GOOD = 1e-9
+# [steps] that the exact tier waits at most.
+LONGEST_PAUSE = 127
+# Name of the tier in the report (report.METHODS).
+PILE = 5
+
+
+@kernel
+def _entry(address, number):
+    return table(address + 8 * number, 1, np.int64)[0]
+
+
+@kernel
+def _count_rings(bodies, contacts, order, first, last, num_bodies):
+    """Independent rings of dynamic bodies that touch; -1 if one of the contacts bounces."""
+    edges = 0
+    a = np.int64(-1)
+    b = np.int64(-1)
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.restitution > 0.0:
+            return -1
+        if contact.body_a != a or contact.body_b != b:
+            a = contact.body_a
+            b = contact.body_b
+            if bodies[a].motion == DYNAMIC and bodies[b].motion == DYNAMIC:
+                edges += 1
+    return edges - num_bodies + 1
+
+
+@kernel
+def _hardly_moves(bodies, starts, time_step, members, first_body, last_body):
+    for index in range(first_body, last_body):
+        state = starts[members[index]]
+        size = bodies[members[index]].size
+        speed = math.sqrt(vec3.norm_squared(vec3.load(state.velocity)))
+        speed += size * math.sqrt(vec3.norm_squared(vec3.load(state.angular_velocity)))
+        if not time_step * speed <= QUIET * size:
+            return False
+    return True
+
+
+@kernel
+def _exact_is_due(memory, tolerance):
+    """Whether the exact tier is to try an island now; ``memory`` is the REST record of its first body."""
+    if memory.tried == 1:
+        memory.tried = 0
+        memory.pause = 0 if memory.residual <= max(tolerance, GOOD) else min(2 * memory.pause + 1, LONGEST_PAUSE)
+        memory.wait = memory.pause
+    if memory.wait > 0:
+        memory.wait -= 1
+        return False
+    memory.tried = 1
+    return True
+
+
+@stage
+def step_pile(address, workspace_address, world, island):
+    """Advance one island by the pile tier, if it is for that; return 1 if so, 0 if the exact tier is to do it."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    first_body = _entry(workspace.body_starts, island)
+    last_body = _entry(workspace.body_starts, island + 1)
+    if last_body - first_body < LEAST_BODIES or header.moments == 1:
+        return 0
+    if workspace.part == TO_IMPACT or workspace.span != header.time_step:
+        return 0
+    first = _entry(workspace.island_starts, island)
+    last = _entry(workspace.island_starts, island + 1)
+    bodies = bodies_of(header, world)
+    starts = starts_of(header, workspace)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    rows = table(workspace.pile_rows, workspace.pile_rows_size, PILE_ROW)
+    nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
+    index = table(workspace.solver_index, workspace.solver_index_size, np.int64)
+    rings = _count_rings(bodies, contacts, order, first, last, last_body - first_body)
+    if rings < RINGS * (last_body - first_body):
+        return 0
+    report = report_of(header, world)
+    if rings <= MOST_RINGS and _hardly_moves(bodies, starts, workspace.span, members, first_body, last_body):
+        residual = certify_pile_island(
+            bodies, starts, flown, workspace.span, contacts, order, first, last, members, first_body, last_body, rows,
+            nodes, index, ends, CERTIFIED * header.tolerance,
+        )  # fmt: skip
+        if residual >= 0.0:
+            table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD
+            report.residual = max(report.residual, residual)
+            return 1
+        if _exact_is_due(rest_of(header, world)[members[first_body]], header.tolerance):
+            return 0
+    residual = step_pile_island(
+        bodies, starts, flown, workspace.span, header.substeps, contacts, order, first, last, members, first_body,
+        last_body, rows, nodes, index, ends,
+    )  # fmt: skip
+    worst = measure_end(starts, ends, contacts, order, first, last)
+    table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD
+    report.residual = max(report.residual, residual)
+    report.iterations += header.substeps
+    report.method = max(report.method, PILE)
+    report.penetration = max(report.penetration, worst)
+    return 1

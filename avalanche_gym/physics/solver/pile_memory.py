@@ -1,0 +1,52 @@
+"""What the pile tier keeps of each contact and body of one island: short records, read in a row by every sweep."""
+
+from __future__ import annotations
+
+import numpy as np
+
+PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are in the frame (normal, t1, t2)
+    [
+        ("a", np.int64),  # node of body a
+        ("b", np.int64),  # node of body b
+        ("friction", np.float64),
+        ("arm_a", np.float64, 3),  # [m] from the centre of mass of a to the contact, world frame
+        ("arm_b", np.float64, 3),
+        ("normal", np.float64, 3),  # unit, from a to b, world frame
+        ("t1", np.float64, 3),
+        ("t2", np.float64, 3),
+        ("prescribed", np.float64, 3),  # [m/s] relative velocity of what is not dynamic, and of moving surfaces
+        ("local", np.float64, 6),  # W [1/kg]: nn, n1, n2, 11, 12, 22
+        ("inverse", np.float64, 6),  # of W [kg], in the same order
+        (
+            "slide",
+            np.float64,
+        ),  # [kg] of a step along the surface that cannot overshoot: 1 / the larger eigenvalue of W's tangent part
+        ("impulse", np.float64, 3),  # [N s] of the present substep
+        ("total", np.float64, 3),  # [N s] of the step
+        ("lasting", np.int64),  # 1: it touches all the while
+        ("bias", np.float64),  # [m/s] the sweeps ask for: normal velocity + bias >= 0
+        ("gap", np.float64),  # [m] at the start of the step; with the swing of turning bodies over the step
+        ("open", np.float64),  # [m] what is left of a gap at this substep
+        ("floor", np.float64),  # [m] least gap that the position sweeps ask for
+        ("push", np.float64),  # [kg m] multiplier of the position sweeps
+    ],
+    align=True,
+)
+
+PILE_NODE = np.dtype(  # (dynamic bodies of the island + 1,); the last one stands for all that cannot be moved
+    [
+        ("inverse_mass", np.float64),  # [1/kg]
+        ("inverse_inertia", np.float64, 6),  # [1/(kg m^2)] world frame: xx, xy, xz, yy, yz, zz
+        ("velocity", np.float64, 3),  # [m/s]
+        ("spin", np.float64, 3),  # [rad/s]
+        ("before", np.float64, 3),  # [m/s] at the end of the substep before
+        ("spin_before", np.float64, 3),  # [rad/s]
+        ("gain", np.float64, 3),  # [m/s] that flight adds in a substep
+        ("spin_gain", np.float64, 3),  # [rad/s]
+        ("moved", np.float64, 3),  # [m] since the start of the step
+        ("turned", np.float64, 3),  # [rad]
+        ("push", np.float64, 3),  # [N s] sum of the impulses of the step
+        ("moment", np.float64, 3),  # [N m s]
+    ],
+    align=True,
+)
