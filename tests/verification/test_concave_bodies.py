@@ -69,3 +69,16 @@ def test_concave_hard_cases_are_survived(name):
     case = HARD_CASES[name]
     recording, others, _ = record(case, physics.Options())
     assert case.errors(recording, *others)[case.error] <= case.passes_at
+
+
+def test_a_rabbit_that_a_package_carries_comes_to_rest():
+    folder = pytest.importorskip("pybullet_data").getDataPath()
+    bunny = physics.TriangleMesh.from_file(f"{folder}/bunny.obj", scale=0.1)
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    material = physics.Material(friction=0.5, rolling_friction=0.005)
+    scene.add_body(physics.Plane(), motion="static", material=material)
+    scene.add_body(bunny, mass=1.0, position=(0, 0, 0.3), material=material)
+    world = physics.World(scene)
+    world.step(720)
+    assert np.linalg.norm(world.linear_velocity[0, 1]) < 1e-6
