@@ -45,9 +45,13 @@ def test_a_ball_of_1280_faces_rolls_as_a_sphere_does_but_for_its_facets():
     ball = physics.TriangleMesh(0.1 * vertices, faces)
     start = {"position": (0, 0, 0.1), "linear_velocity": (1.0, 0.0, 0.0), "angular_velocity": (0.0, 10.0, 0.0)}
     mesh, sphere = slid(ball, 0.25, **start)[0], slid(physics.Sphere(0.1), 0.25, **start)[0]
-    # Facets lie within 0.35 % of the radius of the sphere; a ball that rolls over an edge loses speed there.
+    # Facets lie within 0.35 % of the radius of the sphere.
     assert abs(mesh[2] - sphere[2]) < 0.0035 * 0.1
-    assert abs(mesh[0] - sphere[0]) < 0.02 * sphere[0]
+    # Where a ball tips over an edge with kink k, e = 0, its spin falls by (I + m r^2 cos k) / (I + m r^2), or 5/14 k^2;
+    # edges follow each other at k r, so over the way x half of 5/14 k x / r is lost of it.
+    kink = np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1).max()
+    lost = 5.0 / 28.0 * kink * sphere[0] / 0.1
+    assert 0.0 < 1.0 - mesh[0] / sphere[0] < lost
 
 
 def test_a_rabbit_comes_to_rest_on_terrain():
