@@ -13,7 +13,7 @@ in one unit. It is reported relative to the larger of the impulses themselves an
 A moment with rolling friction rho and torsional friction tau opposes the relative angular velocity: the same with the
 projection on |m_t| <= rho r_n, |m_n| <= tau r_n for the one on the cone, r_n being the normal impulse of its contact.
 
-The same sums give the level of round-off: r, u and the velocities of the two bodies, whose difference u is, are known to
+The same sums give the level of round-off: r, u and the velocities of both bodies, whose difference u is, are known to
 a few units in the last place, so no method can push res below about eps sqrt(sum_i Wd_i (|r_i| + |v_i| / Wd_i)^2).
 """
 
