@@ -57,7 +57,7 @@ def test_a_ball_of_1280_faces_rolls_as_a_sphere_does_but_for_its_facets():
 def test_a_rabbit_comes_to_rest_on_terrain():
     world = physics.World(rabbits(1))
     worst = 0.0
-    for _ in range(24):
+    for _ in range(64):
         world.step(15)
         worst = max(worst, world.report().penetration[0])
     assert np.linalg.norm(world.linear_velocity[0, 1]) < 1e-6

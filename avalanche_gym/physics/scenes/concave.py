@@ -36,7 +36,7 @@ def rabbits(count: int) -> Scene:
     for number in range(count):
         x, y = generator.uniform(-0.06, 0.06, 2)
         turn = generator.normal(size=4)
-        place = (x, y, 0.25 + 1.2 * HEIGHT * number)
+        place = (x, y, 0.35 + 1.2 * HEIGHT * number)
         scene.add_body(shape, mass=1.0, position=place, orientation=turn / np.linalg.norm(turn), material=ROUGH)
     return scene
 
