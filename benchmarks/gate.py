@@ -38,6 +38,11 @@ QUICK = (
     "stack_heavy", "cradle", "crossed_beams", "trough", "internal_edges_box", "bullet_wall", "far_1e6", "units_small",
 )  # fmt: skip
 TOO_LONG = (
+    "rabbit_heap",
+    "torus_on_peg",
+    "torus_pendulum",
+    "nut_holds",
+    "nut_screws_down",
     "card_house",
     "balls_elastic",
     "balls_inelastic",

@@ -207,10 +207,10 @@ def _step_group(address, workspace_address, world, label):
             return SOLVER_FULL
         if workspace.part == LAST:
             break
+        if workspace.waiting == 0:
+            break
         bound = _note_bound(header, workspace, num_contacts, count)
-        strikes = False
-        if workspace.waiting > 0:
-            strikes = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts) == 1
+        strikes = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts) == 1
         if not strikes:
             workspace.part = LAST
             if bound:

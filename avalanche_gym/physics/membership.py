@@ -79,10 +79,12 @@ def take_body(storage: Storage, handle: int, body: Body) -> bool:
     if len(others) < 2 or not (bodies["motion"][others] == DYNAMIC).any():
         return False
     count = int(arrays["num_contacts"][0])
-    contacts = arrays["contacts"][0]
-    kept = contacts[:count][(contacts["body_a"][:count] != handle) & (contacts["body_b"][:count] != handle)]
-    contacts[: len(kept)] = kept
-    arrays["num_contacts"][0] = len(kept)
+    contacts = arrays["contacts"][0, :count]
+    gone = (contacts["body_a"] == handle) | (contacts["body_b"] == handle)
+    if gone.any():
+        kept = contacts[~gone]
+        contacts[: len(kept)] = kept
+        arrays["num_contacts"][0] = len(kept)
     first, parts = int(bodies["first_collider"][handle]), int(bodies["num_colliders"][handle])
     left = np.delete(arrays["colliders"], slice(first, first + parts))
     _set_colliders(storage, left, parts, first)

@@ -23,8 +23,8 @@ class Options:
     max_iterations: int = 60
     """Factorisations that the exact tier may spend on one island and step. Only islands that stall get there."""
     events: bool = True
-    """Locate impacts in time where that changes the outcome (docs/impacts.md). ``False`` is plain time stepping: rebounds
-    become of order 1, and what is fast still does not pass."""
+    """Locate impacts in time where that changes the outcome (docs/impacts.md). ``False`` is plain time stepping:
+    rebounds become of order 1, and what is fast still does not pass."""
     sleeping: bool = True
     """Let islands in balance rest, at no cost, until something disturbs them. ``False`` computes every body always."""
     max_contacts: int | None = None

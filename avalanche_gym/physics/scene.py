@@ -112,13 +112,19 @@ class Scene:
 
     def __init__(self) -> None:
         self.bodies: list[Body | None] = []
+        self._handles: dict[str, int] = {}  # by name; may hold bodies that are gone
         self.fields: list[UniformGravity | PointGravity] = []
         self.pair_rules: dict[tuple[Material, Material], tuple[float | None, float | None]] = {}
 
     def copy(self) -> Scene:
         """A scene of its own with the same bodies, fields and rules."""
+        return self.with_bodies(self.bodies)
+
+    def with_bodies(self, bodies: Sequence[Body | None]) -> Scene:
+        """A scene of its own with these bodies, and the fields and rules of this one."""
         other = Scene()
-        other.bodies = list(self.bodies)
+        other.bodies = list(bodies)
+        other._handles = {body.name: handle for handle, body in enumerate(bodies) if body is not None}
         other.fields = list(self.fields)
         other.pair_rules = dict(self.pair_rules)
         return other
@@ -172,7 +178,7 @@ class Scene:
         label = f"body_{handle}" if name is None else name
         if not isinstance(label, str) or not label:
             raise TypeError(f"add_body(name={name!r}): give a non-empty string, or None.")
-        if label in [body.name for body in self.bodies if body is not None]:
+        if self._has(label):
             raise ValueError(f"add_body(name={label!r}): a body of this scene has that name already; give another one.")
         if not isinstance(shape, Shape):
             raise TypeError(
@@ -204,7 +210,14 @@ class Scene:
             **vectors,
         )
         self.bodies[handle : handle + 1] = [body]
+        self._handles[label] = handle
         return handle
+
+    def _has(self, name: str) -> bool:
+        """Whether a body that is there has this name."""
+        handle = self._handles.get(name, len(self.bodies))
+        body = self.bodies[handle] if handle < len(self.bodies) else None
+        return body is not None and body.name == name
 
     def set_pair(
         self, a: Material, b: Material, *, friction: float | None = None, restitution: float | None = None

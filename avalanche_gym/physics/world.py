@@ -376,9 +376,7 @@ class World:
         if snapshot.owner is not self:
             raise ValueError("restore: this snapshot was made by another World; restore it there.")
         if snapshot.bodies != self.scene.bodies:
-            scene = self.scene.copy()
-            scene.bodies = list(snapshot.bodies)
-            self._build(scene, self.num_worlds)
+            self._build(self.scene.with_bodies(snapshot.bodies), self.num_worlds)
             self._storage.load(parameters.renumbered(snapshot.arrays, self._storage))
         else:
             self._storage.load(snapshot.arrays)

@@ -87,8 +87,12 @@ def test_it_lies_still_and_its_contacts_bear_its_weight(ground):
             )
         )  # fmt: skip
     world = physics.World(scene, options=physics.Options(time_step=1.0 / RATE, sleeping=False))
-    world.step(8 * RATE)
-    speeds = np.linalg.norm(world.linear_velocity[0, handles], axis=1)
+    # A capsule with an eccentric centre of mass swings for a while.
+    for _ in range(10):
+        world.step(3 * RATE)
+        speeds = np.linalg.norm(world.linear_velocity[0, handles], axis=1)
+        if speeds.max() < 1e-6:
+            break
     assert speeds.max() < 1e-6, dict(zip(2 * list(SHAPES), speeds, strict=True))
     before = world.linear_velocity[0].copy()
     world.step()

@@ -1,6 +1,6 @@
 """Scenes with known answers, shared by tests, benchmarks, viewer and the adapters of other engines."""
 
-from . import bounces, cradle, flight, friction, invariance, piles, stacks, terrain, tops, tunnelling
+from . import bounces, concave, cradle, flight, friction, invariance, piles, stacks, terrain, tops, tunnelling
 from .case import Actuated, Companion, HardCase, Recording, Unbuilt
 
 HARD_CASES: dict[str, HardCase] = {
@@ -12,6 +12,7 @@ HARD_CASES: dict[str, HardCase] = {
         cradle,
         stacks,
         terrain,
+        concave,
         tunnelling,
         tops,
         piles,
@@ -21,7 +22,6 @@ HARD_CASES: dict[str, HardCase] = {
 }
 
 UNBUILT = (
-    Unbuilt(23, "Bunny on terrain; bunny on bunny; nut and bolt", "two meshes do not meet yet"),
     Unbuilt(23, "A settled body sleeps", "not a scene to be measured; tests/unit/test_sleeping.py holds it"),
     Unbuilt(24, "A body on a wave that travels along the carpet", "no reference for the motion over a curved wave yet"),
 )

@@ -92,7 +92,9 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         arm_a = vec3.sub(position, vec3.load(state_a.center))
         arm_b = vec3.sub(position, vec3.load(state_b.center))
         normal = vec3.load(contact.normal)
-        free = vec3.sub(point_velocity(state_b, arm_b), point_velocity(state_a, arm_a))
+        at_a = point_velocity(state_a, arm_a)
+        at_b = point_velocity(state_b, arm_b)
+        free = vec3.sub(at_b, at_a)
         free = vec3.add(free, vec3.add(vec3.load(contact.surface_velocity), vec3.load(contact.turning)))
         scale = node_a.root * node_a.root + node_b.root * node_b.root
         scale += (rotational_response(node_a, arm_a) + rotational_response(node_b, arm_b)) / 3.0
@@ -101,6 +103,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         row.of = -1
         row.friction = contact.friction
         row.scale = scale
+        row.speed = vec3.norm_squared(at_a) + vec3.norm_squared(at_b)
         vec3.store(row.normal, normal)
         vec3.store(row.arm_a, arm_a)
         vec3.store(row.arm_b, arm_b)
@@ -130,8 +133,10 @@ def prepare_moments(contacts, order, num_contacts, states, rows, nodes):
             vec3.store(row.normal, vec3.load(rows[i].normal))
             vec3.store(row.arm_a, vec3.load(rows[i].arm_a))
             vec3.store(row.arm_b, vec3.load(rows[i].arm_b))
+            spin_a = vec3.load(states[contact.body_a].angular_velocity)
             spin_b = vec3.load(states[contact.body_b].angular_velocity)
-            vec3.store(row.free, vec3.sub(spin_b, vec3.load(states[contact.body_a].angular_velocity)))
+            row.speed = vec3.norm_squared(spin_a) + vec3.norm_squared(spin_b)
+            vec3.store(row.free, vec3.sub(spin_b, spin_a))
             vec3.store(row.impulse, vec3.load(contact.moment))
             count += 1
     return count

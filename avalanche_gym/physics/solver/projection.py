@@ -53,6 +53,7 @@ def prepare_gaps(contacts, order, num_contacts, most_overlap, rows):
         normal = vec3.load(row.normal)
         load = factor * max(vec3.dot(vec3.load(row.impulse), normal), 0.0)
         row.friction = 0.0
+        row.speed = 0.0
         vec3.store(row.impulse, vec3.scale(load, normal))
         vec3.store(row.free, vec3.scale(max(contacts[order[i]].gap, -most_overlap), normal))
 

@@ -13,8 +13,8 @@ in one unit. It is reported relative to the larger of the impulses themselves an
 A moment with rolling friction rho and torsional friction tau opposes the relative angular velocity: the same with the
 projection on |m_t| <= rho r_n, |m_n| <= tau r_n for the one on the cone, r_n being the normal impulse of its contact.
 
-The same sums give the level of round-off: r and u are known to a few units in the last place, so no method can push
-res below about eps sqrt(sum_i Wd_i (|r_i| + |u_i| / Wd_i)^2).
+The same sums give the level of round-off: r, u and the velocities of both bodies, whose difference u is, are known to
+a few units in the last place, so no method can push res below about eps sqrt(sum_i Wd_i (|r_i| + |v_i| / Wd_i)^2).
 """
 
 from __future__ import annotations
@@ -109,6 +109,7 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
         velocity = vec3.add(vec3.load(row.free), relative_velocity(row, nodes))
         vec3.store(row.velocity, velocity)
         if row.scale > 0.0:
+            magnitudes += row.speed / row.scale
             impulse = vec3.load(row.impulse)
             if row.of < 0 and impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
                 normal = vec3.load(row.normal)
