@@ -55,7 +55,7 @@ def describe_features(scene: Scene, storage: Storage) -> Features:
         "moving heights": bool(header["moving_heights"]),
         "heights per world": bool(header["height_worlds"] > 1),
         "pile tier": bool(header["step_pile"]),
-        "sleeping": bool(header["sleeping"]),
+        "sleeping": collisions and bool(header["sleeping"]),
     }
     flows = {}
     for index, body in enumerate(scene.bodies):

@@ -320,7 +320,9 @@ def test_features_say_what_runs_and_what_was_left_out():
     scene.add_body(physics.Sphere(1.0), motion="static", position=(9, 0, 0), material=icy)
     scene.add_body(physics.Sphere(1.0), motion="kinematic", position=(-9, 0, 0), material=icy, name="moon")
     features = physics.World(scene).features
-    assert set(features.modelled) == {"point gravity", "kinematic bodies", "collisions", "friction"}
+    assert set(features.modelled) == {
+        *("point gravity", "kinematic bodies", "collisions", "friction", "located impacts", "sleeping"),
+    }
     assert set(features.modelled).isdisjoint(features.left_out)
     assert "uniform gravity" in features.left_out and features.flows["moon"] == "constant velocities"
     assert "modelled: point gravity" in str(features)
