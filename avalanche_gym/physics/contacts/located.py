@@ -3,7 +3,7 @@
 * A *rebound*: a contact with restitution that closes. Where it turns round decides how high it goes.
 * A *crossing*: within the step a body comes closer than both are thick, or swings its far end that far. Only the way
   there tells whether it passes.
-* A body *alone*: no other dynamic body shares the island, so stopping it stops nobody else.
+* A body *alone*, in a world of few: no other dynamic body shares the island, so stopping it stops nobody else.
 
 All others close at the end of the step (response/impact.py): a pile is not stopped at every touch.
 """

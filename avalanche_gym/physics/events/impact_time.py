@@ -35,6 +35,8 @@ from ..narrow_phase.pair_query import query_at
 MET = 1e-12
 TOUCHING = 1e-9
 RESTING = 1e-4
+# What closes by less than this fraction of the smaller body in a step slides on.
+SLOW = 1e-5
 # Instants looked at for one pair in one step. A pair that needs more slides along itself; it is left to the next look.
 MOST_INSTANTS = 256
 # Spacing of floats relative to their value: a gap between places is known no better.
@@ -91,18 +93,20 @@ def _no_sooner(gap, closing, pressing):
 
 
 @kernel
-def _same(one, other):
-    return one == other or (one >= SLIDING and one >> PLACE_BITS == other >> PLACE_BITS)
+def _binds(contacts, first, count, found, slow):
+    """Whether a contact found on the way is one of those that bind the bodies all the way.
 
-
-@kernel
-def _binds(contacts, first, count, pair, found):
-    """Whether a contact found on the way is one of those that bind the bodies all the way."""
+    The same point of a body on another facet is, if it is ``slow``, as it slides on; else it strikes that facet.
+    """
     for index in range(first, count):
-        if contacts[index].pair != pair:
+        contact = contacts[index]
+        if contact.pair != found.pair:
             return False
-        if contacts[index].located == 0 and _same(contacts[index].feature, found.feature):
-            return True
+        if contact.located == 0:
+            if contact.feature == found.feature:
+                return True
+            if slow and found.feature >= SLIDING and contact.feature >> PLACE_BITS == found.feature >> PLACE_BITS:
+                return True
     return False
 
 
@@ -185,13 +189,14 @@ def _search(address, workspace_address, world, contacts, first, count):
             normal = vec3.load(found.normal)
             surface = vec3.dot(normal, vec3.load(found.surface_velocity))
             gap = found.gap + (workspace.elapsed + instant) * surface
-            if gap <= RESTING * size and _binds(contacts, first, count, pair, found):
-                continue
             point = vec3.load(found.position)
             core_a = vec3.add_scaled(point, -found.radius_a - 0.5 * found.gap, normal)
             core_b = vec3.add_scaled(point, found.radius_b + 0.5 * found.gap, normal)
             closing = vec3.sub(_point_velocity(states[a], core_a), _point_velocity(states[b], core_b))
             closing = vec3.dot(normal, closing) - surface
+            slow = abs(closing) * header.time_step <= SLOW * size
+            if gap <= RESTING * size and _binds(contacts, first, count, found, slow):
+                continue
             swing_a, whirl_a = _whirl(states[a], core_a)
             swing_b, whirl_b = _whirl(states[b], core_b)
             pressing = whirl_a + whirl_b - vec3.dot(normal, acceleration)

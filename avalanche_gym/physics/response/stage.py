@@ -147,7 +147,8 @@ def _step_island(address, workspace_address, world, island):
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
         return True
     if header.events == 1 and workspace.part != LAST:
-        alone = last_body - first_body == 1
+        # Where many bodies are about, one alone is soon among others.
+        alone = last_body - first_body == 1 and header.step_pile == 0
         located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
