@@ -194,8 +194,8 @@ def _step_group(address, workspace_address, world, label):
     events = 0
     spent = 0
     most = min(MOST_PARTS, max(FEWEST_PARTS, MOST_BODY_PARTS // count))
-    # A group for the pile tier is not stopped at every touch.
-    crowd = header.step_pile != 0 and count >= LEAST_BODIES
+    # A group for the pile tier is not stopped at every touch; what rebounds is not for that tier.
+    crowd = header.step_pile != 0 and count >= LEAST_BODIES and header.restitution == 0
     while True:
         left = header.time_step - workspace.elapsed
         workspace.part = TO_IMPACT if spent < most and not crowd else LAST

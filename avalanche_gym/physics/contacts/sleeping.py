@@ -39,7 +39,7 @@ from .prediction import OVERLAP
 STILL_STEPS = 60
 # A still body moves by less than this fraction of its size in a step, and keeps less than this share of what flight
 # adds to its velocity. Asleep, it no longer moves by that: the error that sleeping makes.
-STILL, BALANCED = 1e-6, 1e-4
+STILL, BALANCED = 1e-8, 1e-6
 # The same for islands that the pile tier carries, whose bodies tremble as much as its sweeps leave undone.
 CROWD_STILL, CROWD_BALANCED = 4e-3, 0.1
 
@@ -185,7 +185,8 @@ def _in_balance(time_step, body, state, flight, end, crowd):
     gain = vec3.norm(vec3.sub(vec3.load(flight.velocity), vec3.load(state.velocity)))
     still = CROWD_STILL if crowd else STILL
     balanced = CROWD_BALANCED if crowd else BALANCED
-    return time_step * speed <= still * body.size and speed <= balanced * gain
+    # Without a gain there is nothing to be in balance with: in empty space nothing bears a body.
+    return 0.0 < gain and time_step * speed <= still * body.size and speed <= balanced * gain
 
 
 @stage
