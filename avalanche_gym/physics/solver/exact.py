@@ -69,6 +69,8 @@ TRACE = 1e-15
 UNSETTLING_SWEEPS = 10
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
+# Residual above which an island is begun anew, from no impulses.
+POOR = 1e-4
 # Sweeps for such islands, and how many lie between two looks at the residual.
 MOST_SWEEPS, SWEEPS_PER_LOOK = 200, 10
 
@@ -216,7 +218,42 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             goal = SECOND_GOAL if goal == FIRST_GOAL else 0.0
     restore_best(rows, num_contacts)
     best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    if best > POOR:
+        anew = _sweep_from_nothing(rows, nodes, num_contacts, num_bodies, violation, best)
+        if anew < math.inf:
+            return anew, spent + MOST_SWEEPS, SWEEPS
     return best, spent, method
+
+
+@kernel
+def _sweep_from_nothing(rows, nodes, num_contacts, num_bodies, violation, best):
+    """Sweeps from no impulses at all; return their residual, or infinity where the best so far is the better one.
+
+    The residual is relative to the impulses, so huge ones in a vain balance may have the smaller one; which of the two
+    is nearer to a solution is told by the velocities that are wrong, in full.
+    """
+    wrong = best * max(violation, _load(rows, num_contacts))
+    for i in range(num_contacts):
+        vec3.store(rows[i].impulse, vec3.ZERO)
+    evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    prepare_local(rows, nodes, num_contacts)
+    for _ in range(MOST_SWEEPS):
+        sweep(rows, nodes, num_contacts)
+    anew, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    if anew * max(violation, _load(rows, num_contacts)) < wrong:
+        return anew
+    restore_best(rows, num_contacts)
+    evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    return math.inf
+
+
+@kernel
+def _load(rows, num_contacts):
+    """The size of all impulses, as the residual weighs them."""
+    total = 0.0
+    for i in range(num_contacts):
+        total += rows[i].scale * vec3.norm_squared(vec3.load(rows[i].impulse))
+    return math.sqrt(total)
 
 
 @kernel
