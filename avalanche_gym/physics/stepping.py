@@ -40,7 +40,7 @@ class Stepper:
         if len(self._shares) == 1:
             # Written out: this line is most of what a call of a small scene costs beside its physics.
             address, workspace, first, last = self._first
-            return advance(address, workspace, first, last, num_steps)  # type: ignore[no-any-return]
+            return advance(address, workspace, first, last, num_steps)
         # The threads end with the call: a process that forks between calls has none to lose.
         with ThreadPoolExecutor(len(self._shares)) as pool:
             parts = [pool.submit(advance, *share, num_steps) for share in self._shares]
