@@ -62,6 +62,7 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
     for place, address in functions.items():
         arrays["pair_functions"][place] = address
     storage.link_tables(("colliders", "pair_rules"))
+    storage.choose_tiers()
     if row["restitution"] > 0.0 or row["rolling_friction"] > 0.0 or row["torsional_friction"] > 0.0:
         storage.note_features()
     frames.adopt(storage.address, EVERY_WORLD, handle)
@@ -98,6 +99,7 @@ def take_body(storage: Storage, handle: int, body: Body) -> bool:
     for name in ("position", "orientation", "linear_velocity", "angular_velocity"):
         arrays[name][0, handle] = storage.initial[name][0, handle] = math.nan
     storage.link_tables(("colliders",))
+    storage.choose_tiers()
     return True
 
 

@@ -189,8 +189,7 @@ class Storage:
             header["sort_contacts"] = response.sort_contacts.address
             header["step_islands"] = response.step_islands.address
             header["solve_problem"] = response.solve_problem.address
-            if (bodies["motion"] == DYNAMIC).sum() >= LEAST_BODIES:
-                header["step_pile"] = response.step_pile.address
+            self.choose_tiers()
             arrays["pair_functions"] = self._pair_functions()
             header["follow_contacts"] = detection.follow_contacts.address
             self._watch_seams()
@@ -198,6 +197,11 @@ class Storage:
                 header["step_groups"] = groups.step_groups.address
                 header["find_impact_time"] = impact_time.find_impact_time.address
                 header["strike"] = response.strike.address
+
+    def choose_tiers(self) -> None:
+        """The pile tier is there for worlds of many bodies; call it when bodies have come or gone."""
+        many = (self.arrays["bodies"]["motion"][0] == DYNAMIC).sum() >= LEAST_BODIES
+        self.header["step_pile"] = response.step_pile.address if many else 0
 
     def _choose_broad_phase(self) -> None:
         self.grid = self.room >= GRID_FROM

@@ -57,7 +57,11 @@ def test_the_command_serves_the_page_until_interrupted(run_folder):
     program = "from avalanche_gym.cli import main; main()"
     arguments = ["view", "--policy", str(run_folder), "--port", "0", "--no-browser"]
     command = [sys.executable, "-c", program, *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"})
+    # A shell that runs the tests in the background lets its children ignore the signal.
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
     try:
         url = process.stdout.readline().split()[0]
         with urllib.request.urlopen(url, timeout=60) as answer:
