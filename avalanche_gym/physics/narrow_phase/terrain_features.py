@@ -196,12 +196,6 @@ def _crossing(scratch, row, count):
             if sine_squared < PARALLEL * PARALLEL:
                 continue
             side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
-            # d is at most of length one: what is outside the cone already needs no root.
-            if (
-                side * vec3.dot(d, get(scratch, row + 1, 0)) > REGION_SLACK
-                or side * vec3.dot(d, get(scratch, row + 1, 3)) > REGION_SLACK
-            ):
-                continue
             d = vec3.scale(side / math.sqrt(sine_squared), d)
             inside, d = into_edge_cone(scratch, row, d)
             if not inside:
