@@ -37,7 +37,7 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         lively = contact.restitution > 0.0 or contact.start_gap - contact.free_gap > thick
         if far > thick or (strikes and lively):
             contact.located = LIVELY
-        elif strikes and alone and -contact.approach * time_step > WORTH * contact.size:
+        elif strikes and alone and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
             contact.located = DULL
         largest = max(largest, contact.located)
     return largest

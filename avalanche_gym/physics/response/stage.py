@@ -14,7 +14,6 @@ from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import (
     bodies_of,
-    colliders_of,
     contacts_of,
     header_at,
     height_rates_of,
@@ -27,7 +26,7 @@ from ..memory import (
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LAST, MESH, TO_IMPACT, WHOLE
+from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LAST, TO_IMPACT, WHOLE
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
@@ -148,9 +147,8 @@ def _step_island(address, workspace_address, world, island):
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
         return True
     if header.events == 1 and workspace.part != LAST:
-        # Where many bodies are about, one alone is soon among others; a mesh is struck somewhere in every step.
+        # Where many bodies are about, one alone is soon among others.
         alone = last_body - first_body == 1 and header.step_pile == 0
-        alone = alone and colliders_of(header)[bodies[members[first_body]].first_collider].shape != MESH
         located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
