@@ -117,7 +117,7 @@ ROOTS = (
     "response/pile_stage.py",
     "contacts/sleeping.py",
     "seams.py",
-    "groups.py",
+    "groups/stage.py",
     "events/impact_time.py",
     "narrow_phase/pairs.py",
     "frames.py",

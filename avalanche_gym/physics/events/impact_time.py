@@ -38,7 +38,7 @@ RESTING = 1e-4
 # What closes by less than this fraction of the smaller body in a step slides on.
 SLOW = 1e-5
 # Instants looked at for one pair in one step. A pair that needs more slides along itself; it is left to the next look.
-MOST_INSTANTS = 128
+MOST_INSTANTS = 256
 # Spacing of floats relative to their value: a gap between places is known no better.
 SPACING = 2.220446049250313e-16
 

@@ -146,6 +146,7 @@ def _step_island(address, workspace_address, world, island):
     struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
         return True
+    located = 0
     if header.events == 1 and workspace.part != LAST:
         # Where many bodies are about, one alone is soon among others.
         alone = last_body - first_body == 1 and header.step_pile == 0
@@ -222,7 +223,8 @@ def _step_island(address, workspace_address, world, island):
         worst = measure_end(places, ends, contacts, order, first, last)
     if not struck:
         add_creep(starts, ends, contacts, order, first, last)
-    if workspace.part != TO_IMPACT:
+    # What is still to be located has been left out: where that leads is not what happens.
+    if workspace.part != TO_IMPACT or located == 0:
         report.penetration = max(report.penetration, worst)
     return True
 

@@ -1,0 +1,285 @@
+"""A step in parts: islands whose impacts have to be located go from one impact to the next, on a clock of their own.
+
+    part:    fly, find and sort the contacts of the group for what is left of the step
+             step it without the contacts to be located, and ask when the first of their impacts comes on that way
+             none: step it to the end with all contacts, done
+             else: step it up to there, let the impact happen (response/blow.py), go on with the next part
+
+All other islands have been stepped before. A group that comes near a body of another island takes that island in and
+starts anew: nothing is real before the step is committed. The number of parts is limited; the last one then closes
+what closes at its end, as without located impacts, and the report says so.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..integrator.flight import fly
+from ..jit import call_stage, kernel, stage
+from ..memory import (
+    address_of_states,
+    bodies_of,
+    fields_of,
+    header_at,
+    report_of,
+    rest_of,
+    states_of,
+    table,
+    workspace_at,
+)
+from ..model import (
+    CONTACT,
+    CONTACTS_FULL,
+    CROWD,
+    DYNAMIC,
+    KINEMATIC,
+    LAST,
+    LEAST_BODIES,
+    OK,
+    PAIRS_FULL,
+    SOLVER_FULL,
+    TO_IMPACT,
+)
+from .contacts import carry_blows, keep_finished, note_bound, recall, remember
+from .members import APART, copy_state, find_group_pairs, gather, meets, numbers_in, states_in
+
+# Parts of a step at most: so many for a group of few bodies, and fewer for a large one, whose parts cost more.
+MOST_PARTS = 1024
+MOST_BODY_PARTS = 1 << 17
+FEWEST_PARTS = 64
+# Labels of groups: the number of the island, plus DULL or LIVELY times the number of bodies while it waits, and DONE
+# times in the end.
+DONE = 3
+# An impact without rebound counts as so many parts: what comes to rest rocks from corner to corner without end, and
+# loses little if it is not followed.
+NO_REBOUND = 128
+# What is left of a step below this share of it is nothing.
+INSTANT = 1e-13
+
+# What a group says in place of a status: it met a body of another island.
+MET = -1
+
+
+@stage
+def step_groups(address, workspace_address, world):
+    """Step every island that waits; return the status, and ``num_kept`` contacts of the whole world in ``kept``."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    begins = states_in(header, workspace.begins)
+    group = numbers_in(header, workspace.group)
+    rest = rest_of(header, world)
+    waits = table(workspace.waits, workspace.waits_size, np.int64)
+    island = numbers_in(header, workspace.island)
+    waiting = workspace.waiting
+    for index in range(header.num_bodies):
+        group[index] = island[index]
+        if bodies[index].motion != DYNAMIC:
+            copy_state(states[index], begins[index])
+    keep_finished(workspace, waits)
+    # Parts count their islands in the same tables; from here on the label of a group says that it waits, or is done.
+    num_bodies = header.num_bodies
+    for index in range(num_bodies):
+        if rest[index].asleep != 0 or (group[index] >= 0 and waits[group[index]] == CROWD):
+            group[index] = APART
+        elif group[index] >= 0:
+            group[index] += waits[group[index]] * num_bodies
+    for index in range(num_bodies):
+        while num_bodies <= group[index] < DONE * num_bodies:
+            status = _step_group(address, workspace_address, world, group[index])
+            if status != OK and status != MET:
+                workspace.starts = address_of_states(header, world)
+                return status
+    workspace.starts = address_of_states(header, world)
+    workspace.waiting = waiting
+    return OK
+
+
+@kernel
+def _step_group(address, workspace_address, world, label):
+    """Step one group to the end; return a status, or MET after it has taken another island in."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    begins = states_in(header, workspace.begins)
+    ends = states_in(header, workspace.ends)
+    members = numbers_in(header, workspace.members)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    report = report_of(header, world)
+    count = _begin(header, workspace, world, label)
+    events = 0
+    spent = 0
+    most = min(MOST_PARTS, max(FEWEST_PARTS, MOST_BODY_PARTS // count))
+    # A group for the pile tier is not stopped at every touch; what rebounds is not for that tier.
+    crowd = header.step_pile != 0 and count >= LEAST_BODIES and header.restitution == 0
+    while True:
+        left = header.time_step - workspace.elapsed
+        part = LAST if crowd or spent >= most else TO_IMPACT
+        status, num_contacts = _step_part(address, workspace_address, world, label, count, part, left)
+        if status != OK:
+            return status
+        if part == LAST or workspace.waiting == 0:
+            break
+        bound = note_bound(header, workspace, num_contacts, count)
+        if call_stage(header.find_impact_time, address, workspace_address, world, num_contacts) == 0:
+            status, num_contacts = _step_part(address, workspace_address, world, label, count, LAST, left)
+            if status != OK:
+                return status
+            break
+        if workspace.impact_time > 0.0:
+            status = _go_to_impact(address, workspace_address, world, label, count, bound)
+            if status != OK:
+                return status
+        left = header.time_step - workspace.elapsed
+        workspace.span = max(left, INSTANT * header.time_step)
+        status, num_contacts = _find(address, workspace_address, world, label, count)
+        if status != OK:
+            return status
+        outcome = call_stage(header.strike, address, workspace_address, world)
+        if outcome == 0:
+            return SOLVER_FULL
+        remember(workspace, contacts, num_contacts, False)
+        events += 1
+        spent += 1 if outcome == 2 else NO_REBOUND
+        if left <= INSTANT * header.time_step:
+            for number in range(count):
+                copy_state(begins[members[number]], ends[members[number]])
+            break
+    report.events += events
+    if spent >= most:
+        report.event_limit += 1
+    return _finish(header, workspace, label, count, num_contacts)
+
+
+@kernel
+def _begin(header, workspace, world, label):
+    """Put the clock of a group to the start of the step; return how many bodies it has."""
+    states = states_of(header, world)
+    begins = states_in(header, workspace.begins)
+    members = numbers_in(header, workspace.members)
+    reached = table(workspace.reached, workspace.reached_size, np.float64)
+    count = gather(header, workspace, label)
+    for number in range(count):
+        body = members[number]
+        copy_state(states[body], begins[body])
+        for axis in range(3):
+            reached[6 * body + axis] = math.inf
+            reached[6 * body + 3 + axis] = -math.inf
+    recall(header, workspace, world, label)
+    workspace.starts = workspace.begins
+    workspace.elapsed = 0.0
+    return count
+
+
+@kernel
+def _step_part(address, workspace_address, world, label, count, part, span):
+    """Step the group over ``span``; return (status or MET, number of contacts)."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    workspace.part = part
+    workspace.span = span
+    status, num_contacts = _find(address, workspace_address, world, label, count)
+    if status == OK and call_stage(header.step_islands, address, workspace_address, world) == 0:
+        status = SOLVER_FULL
+    return status, num_contacts
+
+
+@kernel
+def _go_to_impact(address, workspace_address, world, label, count, bound):
+    """Move the group, and its clock, to the instant that was found; return a status or MET."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    begins = states_in(header, workspace.begins)
+    ends = states_in(header, workspace.ends)
+    members = numbers_in(header, workspace.members)
+    instant = workspace.impact_time
+    if bound:
+        status, num_contacts = _step_part(address, workspace_address, world, label, count, TO_IMPACT, instant)
+        if status != OK:
+            return status
+        remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, True)
+    else:
+        workspace.span = instant
+        _fly(header, workspace, world, count)
+    for number in range(count):
+        copy_state(ends[members[number]], begins[members[number]])
+    workspace.elapsed += instant
+    _move_support(header, workspace, world)
+    return OK
+
+
+@kernel
+def _finish(header, workspace, label, count, num_contacts):
+    """Keep the contacts of the last part, and what the group has reached, for the rest of the step; return a status."""
+    group = numbers_in(header, workspace.group)
+    members = numbers_in(header, workspace.members)
+    boxes = table(workspace.boxes, workspace.boxes_size, np.float64)
+    reached = table(workspace.reached, workspace.reached_size, np.float64)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    kept = table(workspace.kept, workspace.kept_size, CONTACT)
+    done = label + DONE * header.num_bodies
+    if workspace.num_kept + num_contacts > kept.shape[0]:
+        workspace.detail = workspace.num_kept + num_contacts
+        return CONTACTS_FULL
+    for number in range(num_contacts):
+        kept[workspace.num_kept] = contacts[number]
+        kept[workspace.num_kept].island = done
+        workspace.num_kept += 1
+    for number in range(count):
+        body = members[number]
+        group[body] = done
+        for axis in range(6):
+            boxes[6 * body + axis] = reached[6 * body + axis]
+    return OK
+
+
+@kernel
+def _fly(header, workspace, world, count):
+    """Fly the group, and what is not dynamic, over ``span`` into ``flown`` and ``ends``."""
+    bodies = bodies_of(header, world)
+    fields = fields_of(header)
+    begins = states_in(header, workspace.begins)
+    flown = states_in(header, workspace.flown)
+    ends = states_in(header, workspace.ends)
+    members = numbers_in(header, workspace.members)
+    for number in range(count):
+        body = members[number]
+        fly(begins[body], bodies[body], fields, workspace.span, flown[body])
+        copy_state(flown[body], ends[body])
+    for body in range(header.num_bodies):
+        if bodies[body].motion == KINEMATIC:
+            fly(begins[body], bodies[body], fields, workspace.span, flown[body])
+
+
+@kernel
+def _move_support(header, workspace, world):
+    """What is moved by the user is where the clock of the group says."""
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    begins = states_in(header, workspace.begins)
+    for body in range(header.num_bodies):
+        if bodies[body].motion == KINEMATIC:
+            fly(states[body], bodies[body], fields_of(header), workspace.elapsed, begins[body])
+
+
+@kernel
+def _find(address, workspace_address, world, label, count):
+    """Fly the group over ``span``, find its contacts and sort them; return (status or MET, number of contacts)."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    _fly(header, workspace, world, count)
+    num_pairs = find_group_pairs(header, workspace, world, label, count)
+    if 2 * num_pairs > workspace.pairs_size:
+        workspace.detail = num_pairs
+        return PAIRS_FULL, 0
+    num_contacts = call_stage(header.find_contacts, address, workspace_address, world, num_pairs)
+    if num_contacts > workspace.contacts_size:
+        workspace.detail = num_contacts
+        return CONTACTS_FULL, 0
+    carry_blows(workspace, num_contacts)
+    num_contacts = call_stage(header.sort_contacts, address, workspace_address, world, num_contacts)
+    if meets(header, workspace, world, label, num_contacts):
+        return MET, 0
+    return OK, num_contacts
