@@ -19,7 +19,8 @@ from .selection import select_body, select_worlds
 from .shapes import Box, Capsule, Cylinder, Shape, Sphere, checks
 
 if TYPE_CHECKING:
-    from .world import World, WorldIndex
+    from .readings import Readings
+    from .selection import WorldIndex
 
 SCRATCH_ROWS = 264  # of eight floats, for one pair of shapes
 MOST_CONTACTS = 64  # room for those of one pair of shapes
@@ -28,7 +29,7 @@ MOST_CONTACTS = 64  # room for those of one pair of shapes
 class Prober:
     """Asks one World; made anew when its tables are."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Readings) -> None:
         self._world = world
         self._arrays = world._storage.arrays
         self._address = world._storage.address

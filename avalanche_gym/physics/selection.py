@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from .world import World
+    from .readings import Readings
+
+WorldIndex = int | slice | NDArray[np.bool_] | None
 
 
-def select_body(world: World, call: str, body: Any, moving: str | None = None) -> int:
+def select_body(world: Readings, call: str, body: Any, moving: str | None = None) -> int:
     """The handle of a body that exists, and has the motion ``moving`` if that is given."""
     bodies = world.scene.bodies
     if isinstance(body, bool) or not isinstance(body, (int, np.integer)):
@@ -29,14 +31,14 @@ def select_body(world: World, call: str, body: Any, moving: str | None = None) -
     return int(body)
 
 
-def select_world(world: World, call: str, which: Any) -> int:
+def select_world(world: Readings, call: str, which: Any) -> int:
     """The number of one world."""
     if isinstance(which, bool) or not isinstance(which, (int, np.integer)):
         raise TypeError(f"{call}(world={which!r}): give one int.")
     return int(np.flatnonzero(select_worlds(world, call, which))[0])
 
 
-def select_worlds(world: World, call: str, which: Any) -> NDArray[np.bool_]:
+def select_worlds(world: Readings, call: str, which: Any) -> NDArray[np.bool_]:
     """Boolean mask (worlds,) of an int, slice, boolean mask, or ``None`` for all."""
     count = world.num_worlds
     if which is None:
