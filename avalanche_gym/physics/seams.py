@@ -52,6 +52,16 @@ AROUND = 8
 
 
 @kernel
+def _ground_lists(workspace):
+    """The pairs of bodies, and for each dynamic one the chain of its pairs with ground: links and firsts."""
+    return (
+        table(workspace.pairs, workspace.pairs_size, np.int64),
+        table(workspace.ground_links, workspace.ground_links_size, np.int64),
+        table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64),
+    )
+
+
+@kernel
 def _nearest(header, probe_address, collider, state, point, limit):
     """Whether the collider is within ``limit`` [m] of a point; signed distance, outward normal, nearest point."""
     probe = probe_at(probe_address)
@@ -156,9 +166,7 @@ def _is_flat(address, workspace_address, world, states, body, foot, d, s, flush)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     colliders = colliders_of(header)
-    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
-    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    pairs, links, firsts = _ground_lists(workspace)
     boxes = table(workspace.boxes, (workspace.boxes_size // 6, 6), np.float64)
     axis = 0
     for k in range(1, 3):
@@ -194,9 +202,7 @@ def _is_hidden(address, workspace_address, world, states, body, contact):
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     colliders = colliders_of(header)
-    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
-    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    pairs, links, firsts = _ground_lists(workspace)
     boxes = table(workspace.boxes, (workspace.boxes_size // 6, 6), np.float64)
     own = _ground_of(bodies, contact, colliders.shape[0])
     own_state = states[colliders[own].body]
@@ -282,9 +288,7 @@ def _link_ground(address, workspace_address, world, several):
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
-    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
-    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    pairs, links, firsts = _ground_lists(workspace)
     probe = probe_at(workspace.probe)
     probe.header = address
     probe.world = world
@@ -336,9 +340,7 @@ def cross_seams(address, workspace_address, world, pair, count, places):
     bodies = bodies_of(header, world)
     colliders = colliders_of(header)
     asked = table(workspace.asked, workspace.asked_size, CONTACT)
-    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    links = table(workspace.ground_links, workspace.ground_links_size, np.int64)
-    firsts = table(workspace.ground_firsts, workspace.ground_firsts_size, np.int64)
+    pairs, links, firsts = _ground_lists(workspace)
     states = table(places, header.num_bodies, BODY_STATE)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     mine = pair // colliders.shape[0]

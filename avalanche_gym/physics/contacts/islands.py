@@ -10,7 +10,8 @@ from ..model import DYNAMIC
 
 
 @kernel
-def _root(parent, body):
+def root_of(parent, body):
+    """The body that stands for the set of ``body``; what leads there is shortened on the way."""
     while parent[body] != body:
         parent[body] = parent[parent[body]]
         body = parent[body]
@@ -32,8 +33,8 @@ def find_islands(bodies, contacts, num_contacts, parent, starts, order, body_sta
     for index in range(num_contacts):
         contact = contacts[index]
         if bodies[contact.body_a].motion == DYNAMIC and bodies[contact.body_b].motion == DYNAMIC:
-            root_a = _root(parent, contact.body_a)
-            root_b = _root(parent, contact.body_b)
+            root_a = root_of(parent, contact.body_a)
+            root_b = root_of(parent, contact.body_b)
             parent[max(root_a, root_b)] = min(root_a, root_b)
     # starts[root] holds the number of a root's island while they are counted.
     for body in range(num_bodies):
@@ -42,13 +43,13 @@ def find_islands(bodies, contacts, num_contacts, parent, starts, order, body_sta
     for index in range(num_contacts):
         contact = contacts[index]
         body = contact.body_a if bodies[contact.body_a].motion == DYNAMIC else contact.body_b
-        root = _root(parent, body)
+        root = root_of(parent, body)
         if starts[root] < 0:
             starts[root] = count
             count += 1
         contact.island = starts[root]
     for body in range(num_bodies):
-        parent[body] = _root(parent, body)
+        parent[body] = root_of(parent, body)
     for body in range(num_bodies):
         parent[body] = starts[parent[body]] if bodies[body].motion == DYNAMIC else -1
     # Counting sorts: stable, so contacts and bodies keep their order within an island.

@@ -33,6 +33,7 @@ from ..memory import (
     world_entry,
 )
 from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LEAST_BODIES
+from .islands import root_of
 from .prediction import OVERLAP
 
 # [steps] in a row that all bodies of an island have to be still. Fewer: what turns round slowly is stopped more often.
@@ -153,14 +154,6 @@ def touch_sleepers(header, world, contacts, num_contacts):
 
 
 @kernel
-def _root(parent, body):
-    while parent[body] != body:
-        parent[body] = parent[parent[body]]
-        body = parent[body]
-    return body
-
-
-@kernel
 def _note_still(header, bodies, states, flown, ends, rest):
     """Count the steps in which each body was still; return whether an island may be ready to sleep."""
     enough = False
@@ -212,15 +205,15 @@ def settle(address, workspace_address, world, count):
         a = contacts[index].body_a
         b = contacts[index].body_b
         if bodies[a].motion == DYNAMIC and bodies[b].motion == DYNAMIC:
-            root_a = _root(parent, a)
-            root_b = _root(parent, b)
+            root_a = root_of(parent, a)
+            root_b = root_of(parent, b)
             parent[max(root_a, root_b)] = min(root_a, root_b)
     for index in range(header.num_bodies):
-        size[_root(parent, index)] += 1
+        size[root_of(parent, index)] += 1
     # An island that may not sleep gets a negative size.
     for index in range(header.num_bodies):
         if bodies[index].motion == DYNAMIC and rest[index].asleep == 0:
-            root = _root(parent, index)
+            root = root_of(parent, index)
             crowd = abs(size[root]) >= LEAST_BODIES
             calm = _in_balance(header.time_step, bodies[index], states[index], flown[index], ends[index], crowd)
             if rest[index].still < STILL_STEPS or not calm:
@@ -229,14 +222,14 @@ def settle(address, workspace_address, world, count):
         a = contacts[index].body_a
         b = contacts[index].body_b
         if header.moving_heights == 1 or _moves(bodies[a], states[a]) or _moves(bodies[b], states[b]):
-            root = _root(parent, a if bodies[a].motion == DYNAMIC else b)
+            root = root_of(parent, a if bodies[a].motion == DYNAMIC else b)
             size[root] = -abs(size[root])
     resting = asleep_contacts_of(header, world)
     number_asleep = world_entry(header.num_asleep_contacts, world)
     kept = 0
     for index in range(count):
         contact = contacts[index]
-        root = _root(parent, contact.body_a if bodies[contact.body_a].motion == DYNAMIC else contact.body_b)
+        root = root_of(parent, contact.body_a if bodies[contact.body_a].motion == DYNAMIC else contact.body_b)
         if size[root] > 0 and number_asleep[0] + count - index > resting.shape[0]:
             # No room for its contacts: all that is left stays awake.
             size[root] = -size[root]
@@ -250,7 +243,7 @@ def settle(address, workspace_address, world, count):
             kept += 1
     for index in range(header.num_bodies):
         if bodies[index].motion == DYNAMIC and rest[index].asleep == 0:
-            root = _root(parent, index)
+            root = root_of(parent, index)
             if size[root] > 0:
                 rest[index].asleep = root + 1
                 vec3.store(ends[index].velocity, vec3.ZERO)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
+from ..shapes.static_tree import is_clear
 from .mesh import corners_against_mesh, tables_of
 from .mesh_features import list_faces, list_features
 from .mesh_pieces import (
@@ -37,14 +38,7 @@ def _meets_any(nodes, lower, upper):
     node = 0
     while node < nodes.shape[0]:
         here = nodes[node]
-        if (
-            here.lower[0] > upper[0]
-            or here.lower[1] > upper[1]
-            or here.lower[2] > upper[2]
-            or here.upper[0] < lower[0]
-            or here.upper[1] < lower[1]
-            or here.upper[2] < lower[2]
-        ):
+        if is_clear(here, lower, upper):
             node = int(here.skip)
             continue
         if here.count > 0:

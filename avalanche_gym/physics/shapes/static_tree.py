@@ -75,6 +75,19 @@ def build_static_tree(
 
 
 @kernel
+def is_clear(node, lower, upper):
+    """Whether the bounds of a node and a box [m] have nothing in common."""
+    return (
+        node.lower[0] > upper[0]
+        or node.lower[1] > upper[1]
+        or node.lower[2] > upper[2]
+        or node.upper[0] < lower[0]
+        or node.upper[1] < lower[1]
+        or node.upper[2] < lower[2]
+    )
+
+
+@kernel
 def faces_in_box(nodes, node, lower, upper, table, first_row, end_row):
     """List the faces of leaves that meet a box, eight a row of a float table, from ``node`` on.
 
@@ -91,14 +104,7 @@ def faces_in_box(nodes, node, lower, upper, table, first_row, end_row):
     capacity = 8 * (end_row - first_row) - FACES_OF_LEAF
     while node < nodes.shape[0] and count <= capacity:
         here = nodes[node]
-        if (
-            here.lower[0] > upper[0]
-            or here.lower[1] > upper[1]
-            or here.lower[2] > upper[2]
-            or here.upper[0] < lower[0]
-            or here.upper[1] < lower[1]
-            or here.upper[2] < lower[2]
-        ):
+        if is_clear(here, lower, upper):
             node = int(here.skip)
             continue
         for face in range(here.first, here.first + here.count):
