@@ -44,6 +44,15 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
 
 
 @kernel
+def any_lasts(contacts, order, first, last):
+    """Whether a contact of one island lasts."""
+    lasts = False
+    for index in range(first, last):
+        lasts = lasts or contacts[order[index]].persistent == 1
+    return lasts
+
+
+@kernel
 def located_last(contacts, order, first, last):
     """Sort the contacts of one island so that those to be located come last; return where they begin."""
     end = first

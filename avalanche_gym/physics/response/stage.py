@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..contacts.islands import find_islands
-from ..contacts.located import located_last, mark_located
+from ..contacts.located import any_lasts, located_last, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
 from ..contacts.sleeping import touch_sleepers
@@ -14,6 +14,7 @@ from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import (
     bodies_of,
+    colliders_of,
     contacts_of,
     header_at,
     height_rates_of,
@@ -26,7 +27,7 @@ from ..memory import (
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LAST, TO_IMPACT, WHOLE
+from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LAST, MESH, TO_IMPACT, WHOLE
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
@@ -150,6 +151,9 @@ def _step_island(address, workspace_address, world, island):
     if header.events == 1 and workspace.part != LAST:
         # Where many bodies are about, one alone is soon among others.
         alone = last_body - first_body == 1 and header.step_pile == 0
+        if alone and colliders_of(header)[bodies[members[first_body]].first_collider].shape == MESH:
+            # One that touches already is struck somewhere in every step.
+            alone = not any_lasts(contacts, order, first, last)
         located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
