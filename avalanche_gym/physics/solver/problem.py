@@ -75,6 +75,13 @@ def point_velocity(state, arm):
 
 
 @kernel
+def _squares(state, arm):
+    """Squares [m^2/s^2] of what the velocity of a point is the sum of."""
+    turning = vec3.cross(vec3.load(state.angular_velocity), arm)
+    return vec3.norm_squared(vec3.load(state.velocity)) + vec3.norm_squared(turning)
+
+
+@kernel
 def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows, nodes, index):
     """Fill the rows of the island's contacts; their impulses are the warm start."""
     for i in range(num_contacts):
@@ -92,9 +99,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         arm_a = vec3.sub(position, vec3.load(state_a.center))
         arm_b = vec3.sub(position, vec3.load(state_b.center))
         normal = vec3.load(contact.normal)
-        at_a = point_velocity(state_a, arm_a)
-        at_b = point_velocity(state_b, arm_b)
-        free = vec3.sub(at_b, at_a)
+        free = vec3.sub(point_velocity(state_b, arm_b), point_velocity(state_a, arm_a))
         free = vec3.add(free, vec3.add(vec3.load(contact.surface_velocity), vec3.load(contact.turning)))
         scale = node_a.root * node_a.root + node_b.root * node_b.root
         scale += (rotational_response(node_a, arm_a) + rotational_response(node_b, arm_b)) / 3.0
@@ -103,7 +108,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         row.of = -1
         row.friction = contact.friction
         row.scale = scale
-        row.speed = vec3.norm_squared(at_a) + vec3.norm_squared(at_b)
+        row.speed = _squares(state_a, arm_a) + _squares(state_b, arm_b)
         vec3.store(row.normal, normal)
         vec3.store(row.arm_a, arm_a)
         vec3.store(row.arm_b, arm_b)

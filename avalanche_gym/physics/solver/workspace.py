@@ -32,7 +32,7 @@ ROW = np.dtype(  # (contacts of the island,)
             np.float64,
             3,
         ),  # w [m/s]: relative velocity of b against a without impulses, plus bias along the normal
-        ("speed", np.float64),  # [m^2/s^2] squares of the two points' velocities: their round-off is in w
+        ("speed", np.float64),  # [m^2/s^2] squares of the velocities that w is made of: their round-off is in it
         ("impulse", np.float64, 3),  # r [N s] on b, world frame
         ("velocity", np.float64, 3),  # u = G y + w [m/s]
         ("accepted", np.float64, 3),  # r before the step that is on trial
