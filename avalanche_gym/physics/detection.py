@@ -48,7 +48,13 @@ def fly_bodies(address, workspace_address, world):
     fields = fields_of(header)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    members = table(workspace.members, header.num_bodies, np.int64)
+    workspace.num_members = 0
+    workspace.fastest_rate = fastest_rate(header, world) if header.moving_heights == 1 else 0.0
     for index in range(header.num_bodies):
+        if bodies[index].motion == DYNAMIC:
+            members[workspace.num_members] = index
+            workspace.num_members += 1
         if rest[index].asleep == 0:
             fly(states[index], bodies[index], fields, header.time_step, flown[index])
             ends[index] = flown[index]
@@ -150,7 +156,7 @@ def find_contacts(address, workspace_address, world, num_pairs):
     query.scratch_rows = workspace.clipping_size // 8
     rules = table(header.pair_rules, header.pair_rules_size, PAIR_RULE)
     span = workspace.span
-    rise = (workspace.elapsed + span) * fastest_rate(header, world) if header.moving_heights == 1 else 0.0
+    rise = (workspace.elapsed + span) * workspace.fastest_rate
     count = np.int64(0)
     workspace.num_pairs = num_pairs
     for pair in range(num_pairs):

@@ -119,11 +119,20 @@ WORKSPACE_TABLES = {
     "begins": BODY_STATE,  # (bodies,) where the present part of a step begins, in groups whose impacts are located
     "group": np.dtype(np.int64),  # (bodies,) island of each body in the whole step, -1 for none
     "waits": np.dtype(np.int64),  # (bodies,) of each of those islands: 1 if its impacts are to be located
-    "members": np.dtype(np.int64),  # (bodies,) of the group that is stepped
+    "members": np.dtype(np.int64),  # (bodies,) the dynamic ones that are stepped: of the world, or of a group
+    "chain": np.dtype(np.int64),  # (bodies,) next body of the same group, -1 for none
+    "chain_starts": np.dtype(np.int64),  # (bodies,) first body of each group, by its island
+    "movers": np.dtype(np.int64),  # (bodies,) kinematic bodies
+    "past_links": np.dtype(np.int64),  # (contact capacity * 2,) next contact of the last step of the same body, or -1
+    "past_starts": np.dtype(np.int64),  # (bodies,) first of them, or -1
+    "near": np.dtype(np.int64),  # (bodies,) whose bounds meet those of a member
+    "strayed": np.dtype(np.int64),  # (bodies,) that have left the bounds by which the grid finds them
+    "stray": np.dtype(np.int64),  # (bodies,) 1: listed there
     "bound": np.dtype(np.int64),  # (bodies,) 1: contacts keep the body from flying freely
     "reached": np.dtype(np.float64),  # (bodies * 6,) [m] bounds of all parts of the step
     "recent": CONTACT,  # (contact capacity,) of the part of the step before
     "kept": CONTACT,  # (contact capacity,) of what has been stepped to the end
+    "gone": CONTACT,  # (contact capacity,) that bore a blow earlier in the step and are out of reach since
     "boxes": np.dtype(np.float64),  # (bodies * 6,) [m] swept bounds: low, high
     "pairs": np.dtype(np.int64),  # (pair capacity * 2,)
     "ground_links": np.dtype(np.int64),  # (pair capacity,) next pair of the same dynamic body with ground, or -1
@@ -156,8 +165,13 @@ WORKSPACE = np.dtype(
         ("elapsed", np.float64),  # [s] of the step before it
         ("part", np.int64),  # WHOLE, TO_IMPACT or LAST: what step_islands does about impacts that have to be located
         ("waiting", np.int64),  # islands that wait for their impacts to be located
+        ("num_members", np.int64),
+        ("num_movers", np.int64),
+        ("num_strayed", np.int64),
         ("num_recent", np.int64),
         ("num_kept", np.int64),
+        ("num_gone", np.int64),
+        ("fastest_rate", np.float64),  # [m/s] of any sample of moving heights
         ("num_islands", np.int64),
         ("impact_time", np.float64),  # [s] of the first impact, from the beginning of the present part
         ("detail", np.int64),  # entries that a full table needs

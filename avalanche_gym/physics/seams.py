@@ -20,7 +20,7 @@ import numpy as np
 
 from .jit import call_stage, kernel, stage
 from .maths import mat3, vec3
-from .memory import bodies_of, colliders_of, header_at, states_of, table, workspace_at
+from .memory import bodies_of, colliders_of, header_at, starts_of, table, workspace_at
 from .model import (
     BODY_STATE,
     CAPSULE,
@@ -250,16 +250,17 @@ def hide_seams(address, workspace_address, world, count):
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
-    states = states_of(header, world)
+    states = starts_of(header, workspace)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     spare = table(workspace.asked, workspace.asked_size, CONTACT)
     several = table(workspace.island, workspace.island_size, np.int64)
     heads = table(workspace.island_starts, workspace.island_starts_size, np.int64)
     order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.members, workspace.num_members, np.int64)
     if not _link_ground(address, workspace_address, world, several):
         return count
-    for index in range(header.num_bodies):
-        heads[index] = -1
+    for number in range(workspace.num_members):
+        heads[members[number]] = -1
     for index in range(count):
         contact = contacts[index]
         contact.island = 0
@@ -271,8 +272,8 @@ def hide_seams(address, workspace_address, world, count):
             else:
                 order[index] = heads[body]
                 heads[body] = index
-    for body in range(header.num_bodies):
-        _sort_points(contacts, order, heads[body], spare)
+    for number in range(workspace.num_members):
+        _sort_points(contacts, order, heads[members[number]], spare)
     kept = 0
     for index in range(count):
         if contacts[index].island == 0:
@@ -292,9 +293,10 @@ def _link_ground(address, workspace_address, world, several):
     probe = probe_at(workspace.probe)
     probe.header = address
     probe.world = world
-    for index in range(header.num_bodies):
-        firsts[index] = -1
-        several[index] = 0
+    members = table(workspace.members, workspace.num_members, np.int64)
+    for number in range(workspace.num_members):
+        firsts[members[number]] = -1
+        several[members[number]] = 0
     found = False
     for number in range(workspace.num_pairs):
         body = _body_of(bodies, pairs[2 * number], pairs[2 * number + 1])

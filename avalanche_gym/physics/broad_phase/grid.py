@@ -153,6 +153,69 @@ def _search_level(grid, proxies, cells, body, level, found, count):
 
 
 @kernel
+def _meets_box(proxy, box):
+    fat = proxy.box
+    return (
+        (box[0] <= fat[3])
+        & (fat[0] <= box[3])
+        & (box[1] <= fat[4])
+        & (fat[1] <= box[4])
+        & (box[2] <= fat[5])
+        & (fat[2] <= box[5])
+    )
+
+
+@kernel
+def list_within(grid, proxies, cells, box, found):
+    """Write the bodies whose fat bounds meet box[0:6] to ``found`` (bodies,), in no order; return their number."""
+    count = np.int64(0)
+    if not box[0] <= box[3]:
+        return count
+    for level in range(grid.levels):
+        if grid.members[level] == 0:
+            continue
+        exponent = grid.exponent[level]
+        scale = math.ldexp(1.0, -exponent)
+        low_x = cell_index(box[0], scale) - 1
+        low_y = cell_index(box[1], scale) - 1
+        low_z = cell_index(box[2], scale) - 1
+        high_x = cell_index(box[3], scale)
+        high_y = cell_index(box[4], scale)
+        high_z = cell_index(box[5], scale)
+        if float(high_x - low_x + 1) * float(high_y - low_y + 1) * float(high_z - low_z + 1) > proxies.shape[0]:
+            # More cells than bodies: ask these one by one.
+            for other in range(proxies.shape[0]):
+                if proxies[other].place == IN_CELL and proxies[other].level == level:
+                    if _meets_box(proxies[other], box):
+                        found[count] = other
+                        count += 1
+            continue
+        for x in range(low_x, high_x + 1):
+            for y in range(low_y, high_y + 1):
+                for z in range(low_z, high_z + 1):
+                    key = key_of(exponent, x, y, z)
+                    slot = find_slot(cells, key)
+                    other = cells[slot].first if cells[slot].key == key else np.int64(-1)
+                    while other >= 0:
+                        # Cells that share a slot are met more than once: a body counts in its own alone.
+                        if proxies[other].level == level and _meets_box(proxies[other], box):
+                            own_x = cell_index(proxies[other].box[0], scale)
+                            own_y = cell_index(proxies[other].box[1], scale)
+                            own_z = cell_index(proxies[other].box[2], scale)
+                            if own_x == x and own_y == y and own_z == z:
+                                found[count] = other
+                                count += 1
+                        other = proxies[other].next
+    other = grid.listed
+    while other >= 0:
+        if _meets_box(proxies[other], box):
+            found[count] = other
+            count += 1
+        other = proxies[other].next
+    return count
+
+
+@kernel
 def search(grid, proxies, cells, body, found, count):
     """Append the pairs of a body that has moved to ``found``; return how many there are now.
 

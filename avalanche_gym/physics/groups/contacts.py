@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..contacts.turning import turn_contact
 from ..jit import kernel
 from ..maths import vec3
-from ..memory import contacts_of, table, world_entry
-from ..model import CONTACT, CROWD
-from .members import numbers_in
+from ..memory import bodies_of, table
+from ..model import CONTACT, CROWD, DYNAMIC
+from .members import numbers_in, states_in
 
 
 @kernel
@@ -24,21 +25,6 @@ def keep_finished(workspace, waits):
             kept[count] = contact
             count += 1
     workspace.num_kept = count
-
-
-@kernel
-def recall(header, workspace, world, label):
-    """The contacts of the last step that belong to a group, as those of the part before."""
-    group = numbers_in(header, workspace.group)
-    recent = table(workspace.recent, workspace.recent_size, CONTACT)
-    old = contacts_of(header, world)
-    workspace.num_recent = 0
-    for number in range(world_entry(header.num_contacts, world)[0]):
-        contact = old[number]
-        if group[contact.body_a] == label or group[contact.body_b] == label:
-            recent[workspace.num_recent] = contact
-            vec3.store(recent[workspace.num_recent].blow, vec3.ZERO)
-            workspace.num_recent += 1
 
 
 @kernel
@@ -80,6 +66,19 @@ def remember(workspace, contacts, num_contacts, acted):
 
 
 @kernel
+def _same(contacts, num_contacts, pair, feature):
+    """The contact of a pair with this feature, else the first of that pair, else -1."""
+    chosen = -1
+    for index in range(num_contacts):
+        if contacts[index].pair == pair:
+            if contacts[index].feature == feature:
+                return index
+            if chosen < 0:
+                chosen = index
+    return chosen
+
+
+@kernel
 def carry_blows(workspace, num_contacts):
     """Hand what contacts have borne earlier in the step to the same contacts of this part, or to those of the pair."""
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
@@ -88,12 +87,59 @@ def carry_blows(workspace, num_contacts):
         blow = vec3.load(recent[number].blow)
         if vec3.norm_squared(blow) == 0.0:
             continue
-        chosen = -1
-        for index in range(num_contacts):
-            if contacts[index].pair == recent[number].pair:
-                if chosen < 0 or contacts[index].feature == recent[number].feature:
-                    chosen = index
-                if contacts[index].feature == recent[number].feature:
-                    break
+        chosen = _same(contacts, num_contacts, recent[number].pair, recent[number].feature)
         if chosen >= 0:
             vec3.store(contacts[chosen].blow, vec3.add(vec3.load(contacts[chosen].blow), blow))
+
+
+@kernel
+def part_with(workspace, num_contacts):
+    """Move what ``recent`` has and the contacts of this part have not to ``gone``: the blow belongs to the step.
+
+    Return whether there was room.
+    """
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    recent = table(workspace.recent, workspace.recent_size, CONTACT)
+    gone = table(workspace.gone, workspace.gone_size, CONTACT)
+    for number in range(workspace.num_recent):
+        old = recent[number]
+        blow = vec3.load(old.blow)
+        if vec3.norm_squared(blow) == 0.0 or _same(contacts, num_contacts, old.pair, old.feature) >= 0:
+            continue
+        known = _same(gone, workspace.num_gone, old.pair, old.feature)
+        if known >= 0:
+            blow = vec3.add(blow, vec3.load(gone[known].blow))
+        else:
+            known = workspace.num_gone
+            if known == gone.shape[0]:
+                return False
+            workspace.num_gone += 1
+        gone[known] = old
+        vec3.store(gone[known].blow, blow)
+        vec3.store(gone[known].impulse, vec3.ZERO)
+        vec3.store(gone[known].moment, vec3.ZERO)
+        gone[known].persistent = 1
+    return True
+
+
+@kernel
+def follow_gone(header, workspace, world):
+    """Contacts that are out of reach go with their bodies from ``begins`` to ``ends``."""
+    bodies = bodies_of(header, world)
+    gone = table(workspace.gone, workspace.gone_size, CONTACT)
+    begins = states_in(header, workspace.begins)
+    ends = states_in(header, workspace.ends)
+    flown = states_in(header, workspace.flown)
+    for number in range(workspace.num_gone):
+        contact = gone[number]
+        a = contact.body_a
+        b = contact.body_b
+        vec3.store(contact.start_position, vec3.load(contact.position))
+        vec3.store(contact.start_normal, vec3.load(contact.normal))
+        contact.start_gap = contact.gap
+        end_a = ends[a] if bodies[a].motion == DYNAMIC else flown[a]
+        end_b = ends[b] if bodies[b].motion == DYNAMIC else flown[b]
+        turn_contact(contact, begins[a], end_a, begins[b], end_b, workspace.span)
+        vec3.store(contact.position, vec3.load(contact.end_position))
+        vec3.store(contact.normal, vec3.load(contact.end_normal))
+        contact.gap = contact.end_gap

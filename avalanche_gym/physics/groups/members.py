@@ -1,20 +1,24 @@
-"""Which bodies a group has, what any of them may reach within a part of the step, and whom it meets there."""
+"""Which bodies a group has: a chain of them for each group, in the order of their handles, and how chains join.
+
+All that a group costs is in proportion to its own bodies and to what is near them; only the beginning, once in a step,
+looks at all bodies of the world.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..broad_phase.all_pairs import overlap
-from ..broad_phase.bounds import swept_box
-from ..contacts.prediction import SLACK
+from ..integrator.flight import fly
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..memory import bodies_of, colliders_of, states_of, table
-from ..model import BODY_STATE, CONTACT, DYNAMIC, LIVELY, REMOVED
+from ..memory import bodies_of, contacts_of, fields_of, rest_of, states_of, table, world_entry
+from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, KINEMATIC
 
 # The group of what the pile tier has stepped, and of what is asleep: it is not stopped for those who come near it, and
 # what they meet is found in the next step.
 APART = -2
+# The group of a body that touches nothing.
+NONE = -1
 
 
 @kernel
@@ -39,82 +43,97 @@ def numbers_in(header, address):
 
 
 @kernel
+def label_groups(header, workspace, world):
+    """Give every body the label of its group, and link those of each group.
+
+    The label of an island that waits is its number plus DULL or LIVELY times the number of bodies, of another its
+    number.
+    """
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    rest = rest_of(header, world)
+    begins = states_in(header, workspace.begins)
+    group = numbers_in(header, workspace.group)
+    chain = numbers_in(header, workspace.chain)
+    chain_starts = numbers_in(header, workspace.chain_starts)
+    movers = numbers_in(header, workspace.movers)
+    stray = numbers_in(header, workspace.stray)
+    waits = table(workspace.waits, workspace.waits_size, np.int64)
+    island = numbers_in(header, workspace.island)
+    workspace.num_movers = 0
+    workspace.num_strayed = 0
+    for number in range(workspace.num_islands):
+        chain_starts[number] = -1
+    for index in range(header.num_bodies - 1, -1, -1):
+        stray[index] = 0
+        chain[index] = -1
+        group[index] = NONE
+        if bodies[index].motion != DYNAMIC:
+            copy_state(states[index], begins[index])
+            if bodies[index].motion == KINEMATIC:
+                movers[workspace.num_movers] = index
+                workspace.num_movers += 1
+            continue
+        own = island[index]
+        if rest[index].asleep != 0 or (own >= 0 and waits[own] == CROWD):
+            group[index] = APART
+        elif own >= 0:
+            group[index] = own + waits[own] * header.num_bodies
+            chain[index] = chain_starts[own]
+            chain_starts[own] = index
+
+
+@kernel
+def link_past(header, workspace, world):
+    """Link the contacts of the last step by their bodies, in their order."""
+    contacts = contacts_of(header, world)
+    starts = numbers_in(header, workspace.past_starts)
+    links = table(workspace.past_links, workspace.past_links_size, np.int64)
+    for index in range(header.num_bodies):
+        starts[index] = -1
+    for number in range(world_entry(header.num_contacts, world)[0] - 1, -1, -1):
+        links[2 * number] = starts[contacts[number].body_a]
+        starts[contacts[number].body_a] = number
+        links[2 * number + 1] = starts[contacts[number].body_b]
+        starts[contacts[number].body_b] = number
+
+
+@kernel
+def recall(header, workspace, world, label, count):
+    """The contacts of the last step that belong to a group, as those of the part before."""
+    group = numbers_in(header, workspace.group)
+    members = numbers_in(header, workspace.members)
+    starts = numbers_in(header, workspace.past_starts)
+    links = table(workspace.past_links, workspace.past_links_size, np.int64)
+    recent = table(workspace.recent, workspace.recent_size, CONTACT)
+    old = contacts_of(header, world)
+    workspace.num_recent = 0
+    for member in range(count):
+        body = members[member]
+        number = starts[body]
+        while number >= 0:
+            own = old[number].body_a == body
+            # What two members share is listed by the first of them.
+            if own or group[old[number].body_a] != label:
+                recent[workspace.num_recent] = old[number]
+                vec3.store(recent[workspace.num_recent].blow, vec3.ZERO)
+                workspace.num_recent += 1
+            number = links[2 * number] if own else links[2 * number + 1]
+
+
+@kernel
 def gather(header, workspace, label):
     """List the bodies of a group; return their number."""
-    group = numbers_in(header, workspace.group)
     members = numbers_in(header, workspace.members)
+    chain = numbers_in(header, workspace.chain)
+    body = numbers_in(header, workspace.chain_starts)[label % header.num_bodies]
     count = 0
-    for index in range(header.num_bodies):
-        if group[index] == label:
-            members[count] = index
-            count += 1
+    while body >= 0:
+        members[count] = body
+        count += 1
+        body = chain[body]
+    workspace.num_members = count
     return count
-
-
-@kernel
-def find_group_pairs(header, workspace, world, label, count):
-    """Fill ``boxes`` of the group and ``pairs`` with all that any of its bodies may reach; return their number."""
-    bodies = bodies_of(header, world)
-    colliders = colliders_of(header)
-    begins = states_in(header, workspace.begins)
-    flown = states_in(header, workspace.flown)
-    members = numbers_in(header, workspace.members)
-    group = numbers_in(header, workspace.group)
-    boxes = table(workspace.boxes, workspace.boxes_size, np.float64)
-    reached = table(workspace.reached, workspace.reached_size, np.float64)
-    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    for number in range(count):
-        body = members[number]
-        box = boxes[6 * body : 6 * body + 6]
-        spin = max(
-            vec3.norm(vec3.load(begins[body].angular_velocity)), vec3.norm(vec3.load(flown[body].angular_velocity))
-        )
-        slack = SLACK * bodies[body].size
-        swept_box(header, colliders, bodies[body], begins[body], flown[body], spin * workspace.span, slack, box)
-        for axis in range(3):
-            reached[6 * body + axis] = min(reached[6 * body + axis], box[axis])
-            reached[6 * body + 3 + axis] = max(reached[6 * body + 3 + axis], box[3 + axis])
-    # A body that is only stopped goes less far than it would have flown, which met nobody.
-    dull = label < LIVELY * header.num_bodies
-    num_pairs = 0
-    for number in range(count):
-        one = members[number]
-        if bodies[one].num_colliders == 0:
-            continue
-        for other in range(header.num_bodies):
-            mine = group[other] == label
-            if bodies[other].num_colliders == 0 or bodies[other].motion == REMOVED or (mine and other <= one):
-                continue
-            if group[other] == APART:
-                continue
-            if dull and not mine and bodies[other].motion == DYNAMIC:
-                continue
-            if overlap(boxes, one, other):
-                if bodies[other].motion == DYNAMIC and not mine:
-                    _place_stranger(header, workspace, world, other)
-                if 2 * num_pairs + 1 < pairs.shape[0]:
-                    pairs[2 * num_pairs] = min(one, other)
-                    pairs[2 * num_pairs + 1] = max(one, other)
-                num_pairs += 1
-    return num_pairs
-
-
-@kernel
-def _place_stranger(header, workspace, world, body):
-    """A body of another group, straight between both ends of its step: near enough to see whether it is met."""
-    states = states_of(header, world)
-    ends = states_in(header, workspace.ends)
-    begins = states_in(header, workspace.begins)
-    flown = states_in(header, workspace.flown)
-    part = workspace.elapsed / header.time_step
-    start = vec3.load(states[body].center)
-    way = vec3.sub(vec3.load(ends[body].center), start)
-    copy_state(ends[body], begins[body])
-    copy_state(ends[body], flown[body])
-    now = vec3.add_scaled(start, part, way)
-    vec3.store(begins[body].center, now)
-    rest = workspace.span / header.time_step
-    vec3.store(flown[body].center, vec3.add_scaled(now, rest, way))
 
 
 @kernel
@@ -137,14 +156,23 @@ def meets(header, workspace, world, label, num_contacts):
 def _absorb(header, workspace, label, body):
     """Move the whole group of a body into this one; contacts that were kept for it are found anew."""
     group = numbers_in(header, workspace.group)
+    chain = numbers_in(header, workspace.chain)
+    chain_starts = numbers_in(header, workspace.chain_starts)
     kept = table(workspace.kept, workspace.kept_size, CONTACT)
     other = group[body]
+    into = label % header.num_bodies
     if other < 0:
         group[body] = label
+        chain[body] = -1
+        chain_starts[into] = _join(chain, chain_starts[into], body)
         return
-    for index in range(header.num_bodies):
-        if group[index] == other:
-            group[index] = label
+    joined = chain_starts[other % header.num_bodies]
+    chain_starts[other % header.num_bodies] = -1
+    one = joined
+    while one >= 0:
+        group[one] = label
+        one = chain[one]
+    chain_starts[into] = _join(chain, chain_starts[into], joined)
     count = 0
     for index in range(workspace.num_kept):
         if kept[index].island != other:
@@ -152,3 +180,57 @@ def _absorb(header, workspace, label, body):
                 kept[count] = kept[index]
             count += 1
     workspace.num_kept = count
+
+
+@kernel
+def _join(chain, one, other):
+    """Merge two chains that are in the order of handles; return the first body."""
+    first = np.int64(-1)
+    last = np.int64(-1)
+    while one >= 0 or other >= 0:
+        if other < 0 or (0 <= one < other):
+            body = one
+            one = chain[one]
+        else:
+            body = other
+            other = chain[other]
+        if last < 0:
+            first = body
+        else:
+            chain[last] = body
+        last = body
+    return first
+
+
+@kernel
+def fly_group(header, workspace, world, count):
+    """Fly the group, and what is moved by the user, over ``span`` into ``flown`` and ``ends``."""
+    bodies = bodies_of(header, world)
+    fields = fields_of(header)
+    begins = states_in(header, workspace.begins)
+    flown = states_in(header, workspace.flown)
+    ends = states_in(header, workspace.ends)
+    members = numbers_in(header, workspace.members)
+    movers = numbers_in(header, workspace.movers)
+    for number in range(count):
+        body = members[number]
+        fly(begins[body], bodies[body], fields, workspace.span, flown[body])
+        copy_state(flown[body], ends[body])
+    for number in range(workspace.num_movers):
+        body = movers[number]
+        fly(begins[body], bodies[body], fields, workspace.span, flown[body])
+
+
+@kernel
+def move_support(header, workspace, world):
+    """What is moved by the user is where the clock of the group says."""
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    begins = states_in(header, workspace.begins)
+    movers = numbers_in(header, workspace.movers)
+    for number in range(workspace.num_movers):
+        body = movers[number]
+        if workspace.elapsed == 0.0:
+            copy_state(states[body], begins[body])
+        else:
+            fly(states[body], bodies[body], fields_of(header), workspace.elapsed, begins[body])

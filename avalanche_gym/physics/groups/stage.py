@@ -16,15 +16,11 @@ import math
 
 import numpy as np
 
-from ..integrator.flight import fly
 from ..jit import call_stage, kernel, stage
 from ..memory import (
     address_of_states,
-    bodies_of,
-    fields_of,
     header_at,
     report_of,
-    rest_of,
     states_of,
     table,
     workspace_at,
@@ -32,9 +28,6 @@ from ..memory import (
 from ..model import (
     CONTACT,
     CONTACTS_FULL,
-    CROWD,
-    DYNAMIC,
-    KINEMATIC,
     LAST,
     LEAST_BODIES,
     OK,
@@ -42,8 +35,20 @@ from ..model import (
     SOLVER_FULL,
     TO_IMPACT,
 )
-from .contacts import carry_blows, keep_finished, note_bound, recall, remember
-from .members import APART, copy_state, find_group_pairs, gather, meets, numbers_in, states_in
+from .contacts import carry_blows, follow_gone, keep_finished, note_bound, part_with, remember
+from .members import (
+    copy_state,
+    fly_group,
+    gather,
+    label_groups,
+    link_past,
+    meets,
+    move_support,
+    numbers_in,
+    recall,
+    states_in,
+)
+from .reach import find_group_pairs
 
 # Parts of a step at most: so many for a group of few bodies, and fewer for a large one, whose parts cost more.
 MOST_PARTS = 1024
@@ -67,26 +72,13 @@ def step_groups(address, workspace_address, world):
     """Step every island that waits; return the status, and ``num_kept`` contacts of the whole world in ``kept``."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
-    bodies = bodies_of(header, world)
-    states = states_of(header, world)
-    begins = states_in(header, workspace.begins)
     group = numbers_in(header, workspace.group)
-    rest = rest_of(header, world)
-    waits = table(workspace.waits, workspace.waits_size, np.int64)
-    island = numbers_in(header, workspace.island)
     waiting = workspace.waiting
-    for index in range(header.num_bodies):
-        group[index] = island[index]
-        if bodies[index].motion != DYNAMIC:
-            copy_state(states[index], begins[index])
-    keep_finished(workspace, waits)
-    # Parts count their islands in the same tables; from here on the label of a group says that it waits, or is done.
     num_bodies = header.num_bodies
-    for index in range(num_bodies):
-        if rest[index].asleep != 0 or (group[index] >= 0 and waits[group[index]] == CROWD):
-            group[index] = APART
-        elif group[index] >= 0:
-            group[index] += waits[group[index]] * num_bodies
+    # Parts count their islands in the same tables; from here on the label of a group says that it waits, or is done.
+    keep_finished(workspace, table(workspace.waits, workspace.waits_size, np.int64))
+    label_groups(header, workspace, world)
+    link_past(header, workspace, world)
     for index in range(num_bodies):
         while num_bodies <= group[index] < DONE * num_bodies:
             status = _step_group(address, workspace_address, world, group[index])
@@ -140,6 +132,8 @@ def _step_group(address, workspace_address, world, label):
         outcome = call_stage(header.strike, address, workspace_address, world)
         if outcome == 0:
             return SOLVER_FULL
+        if not part_with(workspace, num_contacts):
+            return _contacts_full(workspace)
         remember(workspace, contacts, num_contacts, False)
         events += 1
         spent += 1 if outcome == 2 else NO_REBOUND
@@ -150,7 +144,13 @@ def _step_group(address, workspace_address, world, label):
     report.events += events
     if spent >= most:
         report.event_limit += 1
-    return _finish(header, workspace, label, count, num_contacts)
+    return _finish(header, workspace, world, label, count, num_contacts)
+
+
+@kernel
+def _contacts_full(workspace):
+    workspace.detail = workspace.contacts_size + 1
+    return CONTACTS_FULL
 
 
 @kernel
@@ -167,9 +167,11 @@ def _begin(header, workspace, world, label):
         for axis in range(3):
             reached[6 * body + axis] = math.inf
             reached[6 * body + 3 + axis] = -math.inf
-    recall(header, workspace, world, label)
+    recall(header, workspace, world, label, count)
+    workspace.num_gone = 0
     workspace.starts = workspace.begins
     workspace.elapsed = 0.0
+    move_support(header, workspace, world)
     return count
 
 
@@ -199,32 +201,40 @@ def _go_to_impact(address, workspace_address, world, label, count, bound):
         status, num_contacts = _step_part(address, workspace_address, world, label, count, TO_IMPACT, instant)
         if status != OK:
             return status
+        if not part_with(workspace, num_contacts):
+            return _contacts_full(workspace)
         remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, True)
     else:
         workspace.span = instant
-        _fly(header, workspace, world, count)
+        fly_group(header, workspace, world, count)
+    follow_gone(header, workspace, world)
     for number in range(count):
         copy_state(ends[members[number]], begins[members[number]])
     workspace.elapsed += instant
-    _move_support(header, workspace, world)
+    move_support(header, workspace, world)
     return OK
 
 
 @kernel
-def _finish(header, workspace, label, count, num_contacts):
-    """Keep the contacts of the last part, and what the group has reached, for the rest of the step; return a status."""
+def _finish(header, workspace, world, label, count, num_contacts):
+    """Keep the contacts of the step, and what the group has reached, for the rest of it; return a status."""
     group = numbers_in(header, workspace.group)
     members = numbers_in(header, workspace.members)
     boxes = table(workspace.boxes, workspace.boxes_size, np.float64)
     reached = table(workspace.reached, workspace.reached_size, np.float64)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     kept = table(workspace.kept, workspace.kept_size, CONTACT)
+    gone = table(workspace.gone, workspace.gone_size, CONTACT)
     done = label + DONE * header.num_bodies
-    if workspace.num_kept + num_contacts > kept.shape[0]:
-        workspace.detail = workspace.num_kept + num_contacts
+    if not part_with(workspace, num_contacts):
+        return _contacts_full(workspace)
+    follow_gone(header, workspace, world)
+    total = num_contacts + workspace.num_gone
+    if workspace.num_kept + total > kept.shape[0]:
+        workspace.detail = workspace.num_kept + total
         return CONTACTS_FULL
-    for number in range(num_contacts):
-        kept[workspace.num_kept] = contacts[number]
+    for number in range(total):
+        kept[workspace.num_kept] = contacts[number] if number < num_contacts else gone[number - num_contacts]
         kept[workspace.num_kept].island = done
         workspace.num_kept += 1
     for number in range(count):
@@ -236,40 +246,11 @@ def _finish(header, workspace, label, count, num_contacts):
 
 
 @kernel
-def _fly(header, workspace, world, count):
-    """Fly the group, and what is not dynamic, over ``span`` into ``flown`` and ``ends``."""
-    bodies = bodies_of(header, world)
-    fields = fields_of(header)
-    begins = states_in(header, workspace.begins)
-    flown = states_in(header, workspace.flown)
-    ends = states_in(header, workspace.ends)
-    members = numbers_in(header, workspace.members)
-    for number in range(count):
-        body = members[number]
-        fly(begins[body], bodies[body], fields, workspace.span, flown[body])
-        copy_state(flown[body], ends[body])
-    for body in range(header.num_bodies):
-        if bodies[body].motion == KINEMATIC:
-            fly(begins[body], bodies[body], fields, workspace.span, flown[body])
-
-
-@kernel
-def _move_support(header, workspace, world):
-    """What is moved by the user is where the clock of the group says."""
-    bodies = bodies_of(header, world)
-    states = states_of(header, world)
-    begins = states_in(header, workspace.begins)
-    for body in range(header.num_bodies):
-        if bodies[body].motion == KINEMATIC:
-            fly(states[body], bodies[body], fields_of(header), workspace.elapsed, begins[body])
-
-
-@kernel
 def _find(address, workspace_address, world, label, count):
     """Fly the group over ``span``, find its contacts and sort them; return (status or MET, number of contacts)."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
-    _fly(header, workspace, world, count)
+    fly_group(header, workspace, world, count)
     num_pairs = find_group_pairs(header, workspace, world, label, count)
     if 2 * num_pairs > workspace.pairs_size:
         workspace.detail = num_pairs

@@ -86,7 +86,9 @@ def sort_contacts(address, workspace_address, world, count):
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     span = workspace.span
-    chains = table(workspace.island_starts, workspace.island_starts_size, np.int64)
+    # So few chains for a group that clearing them costs no more than its contacts.
+    num_chains = workspace.island_starts_size if workspace.part == WHOLE else workspace.num_members + 1
+    chains = table(workspace.island_starts, num_chains, np.int64)
     following = table(workspace.order, workspace.order_size, np.int64)
     count = predict_contacts(bodies, starts_of(header, workspace), flown, span, contacts, count)
     if workspace.part == WHOLE:
@@ -102,6 +104,8 @@ def sort_contacts(address, workspace_address, world, count):
         bodies,
         contacts,
         count,
+        table(workspace.members, workspace.members_size, np.int64),
+        workspace.num_members,
         table(workspace.island, workspace.island_size, np.int64),
         table(workspace.island_starts, workspace.island_starts_size, np.int64),
         table(workspace.order, workspace.order_size, np.int64),

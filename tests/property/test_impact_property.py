@@ -1,0 +1,96 @@
+"""What holds in every step of every scene with impacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from avalanche_gym import physics
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+
+
+def any_shape(generator: np.random.Generator) -> physics.Shape:
+    size = generator.uniform(0.05, 0.2, 3)
+    shapes = (
+        physics.Sphere(size[0]),
+        physics.Capsule(size[0], size[1]),
+        physics.Box(size),
+        physics.Cylinder(size[0], size[1]),
+        physics.ConvexHull(0.1 * generator.normal(size=(10, 3))),
+    )
+    return shapes[generator.integers(len(shapes))]
+
+
+def any_turn(generator: np.random.Generator) -> NDArray[np.float64]:
+    turn = generator.normal(size=4)
+    return turn / np.linalg.norm(turn)
+
+
+def grounds(generator: np.random.Generator) -> list[physics.Shape]:
+    heights = 0.2 * generator.normal(size=(12, 12))
+    return [physics.Plane(), physics.HeightField(heights, size=(8.0, 8.0)), physics.Box((4.0, 4.0, 0.1))]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("restitution", [0.0, 0.7, 1.0])
+def test_impulses_of_the_contacts_are_the_change_of_momentum(seed: int, restitution: float) -> None:
+    """Of every body in every step, to round-off: blows of contacts that are out of reach at its end count too."""
+    generator = np.random.default_rng(seed)
+    time_step = (1 / 30, 1 / 60, 1 / 240)[seed % 3]
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity(tuple(GRAVITY)))
+    material = physics.Material(friction=0.4 * (seed % 2), restitution=restitution)
+    scene.add_body(grounds(generator)[seed % 3], motion="static", position=(0, 0, -0.1), material=material)
+    masses = generator.uniform(0.5, 3.0, 6)
+    for number, mass in enumerate(masses):
+        scene.add_body(
+            any_shape(generator), mass=mass, position=(*generator.uniform(-0.3, 0.3, 2), 0.6 + 0.5 * number),
+            orientation=any_turn(generator), linear_velocity=2.0 * generator.normal(size=3),
+            angular_velocity=5.0 * generator.normal(size=3), material=material,
+            center_of_mass=(0.0, 0.0, 0.0),
+        )  # fmt: skip
+    world = physics.World(scene, options=physics.Options(time_step=time_step))
+    for _ in range(round(1.5 / time_step)):
+        before = masses[:, None] * world.linear_velocity[0, 1:]
+        world.step(1)
+        given = np.zeros((len(masses) + 1, 3))
+        for contact in world.contacts():
+            given[contact["body_b"]] += contact["impulse"]
+            given[contact["body_a"]] -= contact["impulse"]
+        gained = masses[:, None] * world.linear_velocity[0, 1:] - before - time_step * masses[:, None] * GRAVITY
+        largest = max(np.abs(before).max(), np.abs(given).max())
+        np.testing.assert_allclose(gained, given[1:], rtol=0.0, atol=1e-12 * largest)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_who_else_is_in_the_world_changes_nothing(moving: bool) -> None:
+    """Bodies that meet nobody but the ground take the same way, bit for bit, as each of them alone."""
+
+    def world_of(chosen: range) -> physics.World:
+        generator = np.random.default_rng(1)
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity(tuple(GRAVITY)))
+        material = physics.Material(friction=0.5, restitution=0.9)
+        if moving:
+            scene.add_body(
+                physics.Box((9, 9, 0.1)), motion="kinematic", position=(0, 0, -0.1), linear_velocity=(0.1, 0.0, 0.7),
+                material=material,
+            )  # fmt: skip
+        else:
+            scene.add_body(physics.Plane(), motion="static", material=material)
+        for number in range(70):
+            turn, height = any_turn(generator), generator.uniform(0.3, 0.6)
+            if number in chosen:
+                shape = (physics.Sphere(0.1), physics.Box((0.1, 0.08, 0.05)), physics.Capsule(0.05, 0.1))[number % 3]
+                place = (0.9 * (number % 10) - 4.0, 0.9 * (number // 10) - 3.0, height)
+                scene.add_body(shape, mass=1.0, position=place, orientation=turn, material=material)
+        return physics.World(scene, options=physics.Options(time_step=1 / 60))
+
+    crowd = world_of(range(70))
+    crowd.step(40)
+    for number in (0, 10, 20):
+        single = world_of(range(number, number + 1))
+        single.step(40)
+        np.testing.assert_array_equal(single.position[0, 1], crowd.position[0, number + 1])
