@@ -74,7 +74,7 @@ def random_floor(rng, size=4.0, points=60):
 def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, place):
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     count = kernel(
-        shape, floats(position), rotation, floats(size), *place, *terrain, float(margin), contacts, 0, scratch
+        shape, floats(position), rotation, floats(size), *place, *terrain, float(margin), 0.0, contacts, 0, scratch
     )
     return contacts[:count]
 
@@ -188,7 +188,7 @@ def plane_contacts(shape, position, rotation, size, margin):
 def _solid_contacts(kernel, position, rotation, solid, terrain, margin, place):
     """``solid``: (radius, half length, 0) of a cylinder, or ``hull(...)``."""
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
-    count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), contacts, 0, scratch)
+    count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), 0.0, contacts, 0, scratch)
     return contacts[:count]
 
 

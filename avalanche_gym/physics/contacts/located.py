@@ -30,9 +30,11 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         a = contact.body_a
         b = contact.body_b
         thick = THICKNESS * contact.size
-        strikes = contact.free_gap < -OVERLAP * contact.size
+        # What has come to touch by the end of this part strikes there; in this part it would only be slowed down.
+        comes = -contact.approach * time_step > OVERLAP * contact.size
+        strikes = contact.free_gap < (OVERLAP if comes else -OVERLAP) * contact.size
         if contact.start_gap <= OVERLAP * contact.size:
-            strikes = strikes or -contact.approach * time_step > OVERLAP * contact.size
+            strikes = strikes or comes
         far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
         lively = contact.restitution > 0.0 or contact.start_gap - contact.free_gap > thick
         if far > thick or (strikes and lively):

@@ -190,6 +190,10 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
         kept = kept and not rebounds(contact, contact.approach, time_step, bounce_step)
         leaves = 0.5 * time_step * contact.approach > CREEP * contact.size
         leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
+        if leaves or not touches:
+            # What it bore ended with the last step; begun with that, the solver would leave a trace of it.
+            vec3.store(contact.impulse, vec3.ZERO)
+            vec3.store(contact.moment, vec3.ZERO)
         contact.persistent = 1 if touches and kept and not leaves else 0
         struck = struck or (touches and not kept and not leaves)
     return struck

@@ -3,8 +3,8 @@
 Conservative advancement (Mirtich 1996, sec. 2.3): at an instant s the narrow phase gives the gaps g of a pair of
 colliders; no feature can close before s + ds; repeat there. Two steps ds compete:
 
-    first order    ds = g / (|n . v| + omega R),   n . v of the centres, omega R what turning can add: safe, linear near
-                   the impact, and no step at all where bodies touch
+    first order    0 = g - (|n . v| + omega R) ds - max(-n . a, 0) ds^2 / 2,   n . v and n . a of the centres, omega R
+                   what turning can add: safe, linear near the impact, and no step at all where bodies touch
     second order   0 = g + u ds - A ds^2 / 2,   u the normal velocity of the feature, A the acceleration that closes it,
                    with omega^2 R for what turning adds: exact for a sphere over a plane in uniform gravity, quadratic
                    near any impact, blind for features that are not listed
@@ -215,7 +215,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             if swing_a + swing_b > 0.0 or whirl_a + whirl_b > 0.0:
                 approach = -vec3.dot(normal, relative)
                 fastest = max(approach, 0.0) + max(turning, swing_a + swing_b) + abs(surface)
-                first_order = gap / fastest if fastest > 0.0 else math.inf
+                first_order = _no_sooner(gap, fastest, max(-vec3.dot(normal, acceleration), 0.0))
             else:
                 first_order = second
             bold = size * 0.5 / speed if speed > 0.0 else math.inf

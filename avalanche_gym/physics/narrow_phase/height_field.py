@@ -5,6 +5,10 @@ manifold: a corner of the core over a face of the terrain; an edge of the core a
 a ball beside it; a convex vertex of the terrain under a face of the box, or beside a ball. Cells are found from the
 footprint of the shape, so the size of the field does not matter.
 
+**Beyond a concave edge** the plane of a face goes on below the surface, and holds what is above as well as the face
+itself does. So a face counts for a corner whose foot can come over it across a concave edge within the step: what
+slides down a slope has to know the next one before it gets there.
+
 **A corner below the surface** belongs to the face it has come through: the nearest point of the surface is found, and
 the contacts are those of that point, with the depth of the corner. In a corner of several walls this gives one
 contact a wall; a thin ridge never pushes a corner out on its far side.
@@ -19,7 +23,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import vec3
 from ..model import SPHERE
-from .height_field_grid import cell_index, cell_range, grid_of, list_features, outside, sample
+from .height_field_grid import bend_of, cell_index, cell_range, grid_of, list_features, outside, sample
 from .height_field_walls import wall_in_front
 from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
@@ -29,8 +33,10 @@ from .terrain_shape import (
     CORNER_ROW,
     get,
     margin_of,
+    motion_of,
     put_shape,
     radius_of,
+    set_motion,
 )
 from .triangle import REGION_SLACK, closest_point
 
@@ -112,6 +118,49 @@ def over_facet(grid, r, slope_x, slope_y, upper):
 
 
 @kernel
+def comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion):
+    """Whether the foot of p, beside a facet and above its plane, can come over the facet across a concave edge.
+
+    p must be above the plane of the facet beyond that edge too: behind a wall the plane of the floor in front of it
+    holds nothing. ``motion`` [m]: how far p can come; ``corner``, ``upper``: the facet as in ``slopes``.
+    """
+    row = corner // columns
+    column = corner - row * columns
+    slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
+    n = vec3.normalize((-slope_x, -slope_y, 1.0))
+    found = False
+    for side in range(3):
+        # The edge of the cell along x, the one along y, the diagonal; seen from above, the facet lies to its left.
+        start_row, start_column, rise, shift, e, across = row, column, 1, 1, (-grid[2], -grid[3], 0.0), corner
+        if side == 0:
+            start_row, rise = row + upper, 0
+            e = (grid[2], 0.0, 0.0)
+            across = corner + (2 * upper - 1) * columns
+        elif side == 1:
+            start_column, shift = column + 1 - upper, 0
+            e = (0.0, grid[3], 0.0)
+            across = corner + 1 - 2 * upper
+        start = sample(grid, heights, columns, start_row, start_column)
+        if upper == 1:
+            e = vec3.neg(e)
+        e = (e[0], e[1], slope_x * e[0] + slope_y * e[1])
+        r = vec3.sub(p, start)
+        beyond = vec3.dot(vec3.cross(e, n), r)
+        square = vec3.norm_squared(e)
+        if beyond <= 0.0 or beyond * beyond <= REGION_SLACK * REGION_SLACK * square * square:
+            continue
+        bend = bend_of(heights, rows, columns, start_row, start_column, rise, shift)
+        if bend > grid[6] or beyond * beyond > motion * motion * square:
+            return False
+        if bend < -grid[6]:
+            slope_x_across, slope_y_across = slopes(grid, heights, across, columns, 1 - upper)
+            if r[2] < slope_x_across * r[0] + slope_y_across * r[1]:
+                return False
+            found = True
+    return found
+
+
+@kernel
 def reach_below(reach, height):
     """Radius [m] of what a ball of radius ``reach`` has lower than ``height`` below its centre, seen from above."""
     if height <= 0.0:
@@ -127,6 +176,7 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
     """
     radius = radius_of(scratch)
     reach = radius + margin_of(scratch)
+    motion = motion_of(scratch)
     # With the slack of over_facet.
     near_squared = (reach + REGION_SLACK * (grid[2] + grid[3])) ** 2
     for number in range(CORNER_ROW, CORNER_ROW + num_corners):
@@ -165,7 +215,12 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
                     stretch = 1.0 + slope_x * slope_x + slope_y * slope_y  # 1 / cosine^2
                     if height > 0.0 and height * height > reach * reach * stretch:
                         continue
-                    if over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper):
+                    counts = over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper)
+                    if not counts and motion > 0.0 and is_free and height * height >= radius * radius * stretch:
+                        counts = height >= 0.0 and comes_over_facet(
+                            grid, heights, rows, columns, p, corner, upper, motion
+                        )
+                    if counts:
                         cosine = 1.0 / math.sqrt(stretch)
                         n = (-cosine * slope_x, -cosine * slope_y, cosine)
                         gap = cosine * height - radius
@@ -214,6 +269,7 @@ def collide_height_field(
     field,
     heights,
     margin,
+    motion,
     contacts,
     count,
     scratch,
@@ -227,10 +283,12 @@ def collide_height_field(
         field: its HEIGHT_FIELD_ROW.
         heights: pool of samples [m].
         margin: [m] contacts farther apart are left out.
+        motion: [m] bound of how far the shape can come within the step.
         contacts, count: as in ``manifold.emit``.
         scratch: (264, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
+    set_motion(motion, scratch)
     if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
     grid = grid_of(field)

@@ -86,12 +86,15 @@ def face_normal(grid, heights, corner, columns, upper):
 
 
 @kernel
-def _is_convex(heights, rows, columns, row, column, rise, shift, flat):
-    """Whether the edge from (row, column) to (row + rise, column + shift) exists and sticks out."""
+def bend_of(heights, rows, columns, row, column, rise, shift):
+    """How far [m] the edge from (row, column) to (row + rise, column + shift) sticks out, as a second difference.
+
+    Infinite at the rim, minus infinite for an edge that does not exist.
+    """
     if row < 0 or column < 0 or row + rise >= rows or column + shift >= columns:
-        return False
+        return -math.inf
     if (rise == 0 and (row == 0 or row == rows - 1)) or (shift == 0 and (column == 0 or column == columns - 1)):
-        return True
+        return math.inf
     corner = row * columns + column
     # The corner ahead of the edge and the one behind it.
     first = corner + 1 + columns * (1 - rise * shift)
@@ -101,8 +104,12 @@ def _is_convex(heights, rows, columns, row, column, rise, shift, flat):
         second = corner - 1
     else:
         second = corner + columns
-    bend = heights[corner] + heights[corner + rise * columns + shift] - heights[first] - heights[second]
-    return bend > flat
+    return heights[corner] + heights[corner + rise * columns + shift] - heights[first] - heights[second]
+
+
+@kernel
+def _is_convex(heights, rows, columns, row, column, rise, shift, flat):
+    return bend_of(heights, rows, columns, row, column, rise, shift) > flat
 
 
 @kernel
@@ -251,7 +258,7 @@ def list_features(grid, heights, rows, columns, scratch, item):
                 outside(center[2], lowest, highest),
             )
             near = lowest <= upper[2] and highest >= lower[2] and vec3.norm_squared(apart) <= reach_squared
-            # The three edges at once, as in _is_convex.
+            # The three edges at once, as in bend_of.
             ahead = z + b - c - heights[corner - columns]
             aside = z + d - c - heights[corner - 1]
             bent = max(ahead, aside, z + c - b - d) > grid[6]

@@ -13,13 +13,20 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import CLEARLY_LOWER, toward_plane
-from .height_field import corners_against_faces, highest_below, over_facet, slopes, surface_point
+from .height_field import (
+    comes_over_facet,
+    corners_against_faces,
+    highest_below,
+    over_facet,
+    slopes,
+    surface_point,
+)
 from .height_field_grid import cell_index, grid_of, list_features, sample
 from .height_field_walls import facet_height, wall_in_front
 from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
-from .terrain_shape import BOUNDS_ROW, CENTER_ROW, get, margin_of, scale_of
+from .terrain_shape import BOUNDS_ROW, CENTER_ROW, get, margin_of, motion_of, scale_of, set_motion
 from .triangle import REGION_SLACK
 
 
@@ -30,6 +37,7 @@ def _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, a
     lower = get(scratch, BOUNDS_ROW, 0)
     upper_bound = get(scratch, BOUNDS_ROW, 3)
     margin = margin_of(scratch)
+    motion = motion_of(scratch)
     slack = REGION_SLACK * scale_of(scratch)
     first_row = cell_index(lower[1] - grid[1], grid[5], rows - 1)
     last_row = cell_index(upper_bound[1] - grid[1], grid[5], rows - 1)
@@ -60,7 +68,12 @@ def _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, a
                     if gap < -slack:
                         base = surface_point(grid, heights, rows, columns, p)
                     wall, _, _ = wall_in_front(grid, heights, rows, columns, p, base)
-                    if not wall and over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper):
+                    if wall:
+                        continue
+                    counts = over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper)
+                    if not counts and motion > 0.0 and gap >= 0.0:
+                        counts = comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion)
+                    if counts:
                         feature = feature_of(POINT, feature, FACE_PLACE, 2 * corner + upper)
                         count = add_candidate(scratch, count, vec3.add_scaled(p, -0.5 * gap, n), n, gap, feature)
     return count
@@ -97,11 +110,12 @@ def _cylinder_against_walls(grid, heights, rows, columns, radius, half_length, a
 
 @kernel
 def collide_cylinder_height_field(
-    position_a, rotation_a, size_a, position_b, rotation_b, field, heights, margin, contacts, count, scratch
+    position_a, rotation_a, size_a, position_b, rotation_b, field, heights, margin, motion, contacts, count, scratch
 ):
     """Append the contacts of a cylinder with a height field; return the new count. Arguments as in height_field.py."""
     radius, half_length = size_a[0], size_a[1]
     _, axes = put_cylinder(size_a, position_a, rotation_a, position_b, rotation_b, margin, scratch)
+    set_motion(motion, scratch)
     if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
     grid = grid_of(field)
@@ -124,10 +138,11 @@ def collide_cylinder_height_field(
 
 @kernel
 def collide_hull_height_field(
-    position_a, rotation_a, hull, position_b, rotation_b, field, heights, margin, contacts, count, scratch
+    position_a, rotation_a, hull, position_b, rotation_b, field, heights, margin, motion, contacts, count, scratch
 ):
     """Append the contacts of a hull (terrain_hull.py) with a height field; return the new count."""
     origin, axes = put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch)
+    set_motion(motion, scratch)
     if scratch[BOUNDS_ROW, 2] > field.highest:
         return count
     grid = grid_of(field)

@@ -2,6 +2,8 @@
 
 The same three kinds of contact as for a height field (height_field.py), with the faces found by the mesh's tree.
 
+**Beyond a concave edge** a face counts for a corner that can come over it within the step, as for a height field.
+
 **A corner behind a face** may have come through it or lie beyond a thin wall: mesh_surface.py tells. The contacts of a
 corner that has come through are those of the nearest point of the surface, with its depth.
 """
@@ -18,12 +20,26 @@ from .mesh_features import list_faces, list_features, listed_face
 from .mesh_surface import base_of, corners_of, is_inside, push_out, side_of
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_features import collide_features
-from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FREE_ROW, get, margin_of, put, put_shape, radius_of
+from .terrain_shape import (
+    CENTER_ROW,
+    CORNER_ROW,
+    FIRST_FREE_ROW,
+    get,
+    margin_of,
+    motion_of,
+    put,
+    put_shape,
+    radius_of,
+    set_motion,
+)
 from .triangle import REGION_SLACK, closest_point, in_prism
 
 # Rows of the scratch table, eight: for each corner the nearest point of the surface if the corner is inside, else the
 # corner; the square of the distance to the surface; whether the corner is behind a face; whether it is inside.
 BASE_ROW = FIRST_FREE_ROW
+
+# Faces that bend by less than this sine are one.
+FLAT = 1e-9
 
 MARK, NEAREST, TOUCH = 0, 1, 2
 
@@ -42,6 +58,37 @@ def over_face(vertices, face, n, base):
 
 
 @kernel
+def comes_over_face(vertices, faces, face, side, p, motion):
+    """Whether the foot of p, beside a face and above its plane, can come over the face across a concave edge.
+
+    p must be above the plane of the face beyond that edge too: behind a wall the plane of the floor in front of it
+    holds nothing. ``side``: of a sheet's face, side_of; ``motion`` [m]: how far p can come.
+    """
+    n = vec3.load(face.normal)
+    found = False
+    for k in range(3):
+        start = vec3.load(vertices[face.vertices[k]].position)
+        e = vec3.sub(vec3.load(vertices[face.vertices[(k + 1) % 3]].position), start)
+        outward = vec3.cross(e, n)
+        square = vec3.norm_squared(e)
+        r = vec3.sub(p, start)
+        beyond = vec3.dot(outward, r)
+        if beyond <= REGION_SLACK * square:
+            continue
+        if face.neighbours[k] < 0 or beyond * beyond > motion * motion * square:
+            return False
+        other = vec3.scale(side, vec3.load(faces[face.neighbours[k]].normal))
+        rise = -vec3.dot(other, outward)
+        if rise < 0.0 and rise * rise > FLAT * FLAT * square:
+            return False
+        if rise * rise > FLAT * FLAT * square:
+            if vec3.dot(other, r) < 0.0:
+                return False
+            found = True
+    return found
+
+
+@kernel
 def _corners_against_face(vertices, faces, index, side, stage, num_corners, scratch, count):
     """One stage for the corners of the shape and one face; return the count of candidates.
 
@@ -53,6 +100,7 @@ def _corners_against_face(vertices, faces, index, side, stage, num_corners, scra
     n = vec3.scale(side, vec3.load(face.normal))
     radius = radius_of(scratch)
     reach = radius + margin_of(scratch)
+    motion = motion_of(scratch)
     for corner in range(num_corners):
         p = get(scratch, CORNER_ROW + corner, 0)
         row = BASE_ROW + corner
@@ -70,7 +118,10 @@ def _corners_against_face(vertices, faces, index, side, stage, num_corners, scra
                     put(scratch, row, 0, nearest if inside else p)
                     scratch[row, 5] = 1.0 if inside else 0.0
         elif height <= reach:
-            if over_face(vertices, face, n, get(scratch, row, 0)):
+            counts = over_face(vertices, face, n, get(scratch, row, 0))
+            if not counts and motion > 0.0 and height >= radius and scratch[row, 5] == 0.0:
+                counts = comes_over_face(vertices, faces, face, side, p, motion)
+            if counts:
                 gap = height - radius
                 position = vec3.add_scaled(p, -(radius + 0.5 * gap), n)
                 feature = feature_of(POINT, int(scratch[CORNER_ROW + corner, 3]), FACE_PLACE, index)
@@ -147,6 +198,7 @@ def collide_mesh(
     faces,
     nodes,
     margin,
+    motion,
     contacts,
     count,
     scratch,
@@ -160,10 +212,12 @@ def collide_mesh(
         mesh: its MESH_ROW.
         vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
         margin: [m] contacts farther apart are left out.
+        motion: [m] bound of how far the shape can come within the step.
         contacts, count: as in ``manifold.emit``.
         scratch: (264, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
+    set_motion(motion, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     two_sided = mesh.two_sided == 1
     found = np.int64(0)

@@ -9,13 +9,13 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import CLEARLY_LOWER, toward_plane
-from .mesh import IN_PIECES, corners_against_mesh, over_face, tables_of
+from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, over_face, tables_of
 from .mesh_features import list_faces, list_features, listed_face
 from .mesh_surface import base_of, push_out, side_of
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
-from .terrain_shape import CENTER_ROW, get, margin_of, scale_of
+from .terrain_shape import CENTER_ROW, get, margin_of, motion_of, scale_of, set_motion
 from .triangle import REGION_SLACK
 
 
@@ -25,8 +25,10 @@ def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, hal
     face = faces[index]
     center = get(scratch, CENTER_ROW, 0)
     margin = margin_of(scratch)
+    motion = motion_of(scratch)
     scale = scale_of(scratch)
-    n = vec3.scale(side_of(vertices, face, two_sided, center), vec3.load(face.normal))
+    side = side_of(vertices, face, two_sided, center)
+    n = vec3.scale(side, vec3.load(face.normal))
     height = vec3.dot(n, vec3.sub(center, vec3.load(vertices[face.vertices[0]].position)))
     down = vec3.neg(mat3.apply_transposed(axes, n))
     lowest = math.inf
@@ -40,7 +42,10 @@ def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, hal
         base = p
         if gap < -REGION_SLACK * scale:
             base = base_of(vertices, faces, nodes, two_sided, center, p, 16.0 * scale * scale)
-        if over_face(vertices, face, n, base):
+        counts = over_face(vertices, face, n, base)
+        if not counts and motion > 0.0 and gap >= 0.0:
+            counts = comes_over_face(vertices, faces, face, side, p, motion)
+        if counts:
             position = vec3.add_scaled(p, -0.5 * gap, n)
             count = add_candidate(scratch, count, position, n, gap, feature_of(POINT, feature, FACE_PLACE, index))
     return count
@@ -58,6 +63,7 @@ def collide_cylinder_mesh(
     faces,
     nodes,
     margin,
+    motion,
     contacts,
     count,
     scratch,
@@ -65,6 +71,7 @@ def collide_cylinder_mesh(
     """Append the contacts of a cylinder with a mesh; return the new count. Arguments as in mesh.py."""
     radius, half_length = size_a[0], size_a[1]
     _, axes = put_cylinder(size_a, position_a, rotation_a, position_b, rotation_b, margin, scratch)
+    set_motion(motion, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     two_sided = mesh.two_sided == 1
     found = np.int64(0)
@@ -107,12 +114,14 @@ def collide_hull_mesh(
     faces,
     nodes,
     margin,
+    motion,
     contacts,
     count,
     scratch,
 ):
     """Append the contacts of a hull (terrain_hull.py) with a mesh; return the new count."""
     origin, axes = put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch)
+    set_motion(motion, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     two_sided = mesh.two_sided == 1
     found = np.int64(0)

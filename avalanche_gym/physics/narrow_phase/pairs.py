@@ -202,7 +202,9 @@ def height_field_stage(address, count):
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, heights = height_field_pools(query)
     place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+    return collide_height_field(
+        *place, rows[query.data_b], heights, margin, query.motion, contacts, count, scratch_of(query)
+    )
 
 
 @stage
@@ -212,7 +214,7 @@ def cylinder_height_field_stage(address, count):
     rows, heights = height_field_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
     return collide_cylinder_height_field(
-        *place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query)
+        *place, rows[query.data_b], heights, margin, query.motion, contacts, count, scratch_of(query)
     )
 
 
@@ -222,7 +224,9 @@ def hull_height_field_stage(address, count):
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, heights = height_field_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
-    return collide_hull_height_field(*place, rows[query.data_b], heights, margin, contacts, count, scratch_of(query))
+    return collide_hull_height_field(
+        *place, rows[query.data_b], heights, margin, query.motion, contacts, count, scratch_of(query)
+    )
 
 
 @stage
@@ -231,7 +235,9 @@ def mesh_stage(address, count):
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_mesh(*place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query))
+    return collide_mesh(
+        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
+    )
 
 
 @stage
@@ -241,7 +247,7 @@ def cylinder_mesh_stage(address, count):
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
     return collide_cylinder_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
     )
 
 
@@ -252,7 +258,7 @@ def hull_mesh_stage(address, count):
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
     return collide_hull_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, contacts, count, scratch_of(query)
+        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
     )
 
 

@@ -12,7 +12,8 @@ call passes two or three arguments instead of twenty:
     64 ...      features of the terrain (terrain_features.py)
     144         center (3) [m], half extents (3) [m], radius [m], margin [m]
     145, 146    axes: the rotation of the core, row by row (9); its size [m]; the square of its reach from the center
-                [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py)
+                [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py); how far [m] it
+                can come within the step
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number
     156 ...     what a kind of terrain needs for itself
@@ -118,6 +119,18 @@ def falloff_of(scratch):
 
 
 @kernel
+def set_motion(motion, scratch):
+    """Say how far [m] the shape can come within the step."""
+    scratch[AXES_ROW + 1, 4] = motion
+
+
+@kernel
+def motion_of(scratch):
+    """[m]"""
+    return scratch[AXES_ROW + 1, 4]
+
+
+@kernel
 def reach_squared_of(scratch):
     """[m^2] square of the radius about the center within which contacts can lie."""
     return scratch[AXES_ROW + 1, 2]
@@ -143,6 +156,7 @@ def put_core(center, axes, half, radius, margin, scratch):
     scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
     scratch[AXES_ROW + 1, 2] = (math.sqrt(vec3.norm_squared(half)) + radius + margin) ** 2
     scratch[AXES_ROW + 1, 3] = margin
+    scratch[AXES_ROW + 1, 4] = 0.0
     for k in range(3):
         reach = radius + margin
         for j in range(3):

@@ -131,11 +131,18 @@ def asks(contacts, order, first, last):
 
 
 @kernel
-def closes(contacts, order, first, last):
-    """Whether a contact of the island that does not last would close on the way."""
+def closes(contacts, order, first, last, time_step, predictions):
+    """Whether a contact of the island that does not last would close on the way.
+
+    The first prediction knows nothing of what the fields do within the step: what closes by no more than that may not
+    close, and is left to the solution, and to the prediction that is made of it.
+    """
     for index in range(first, last):
-        if contacts[order[index]].persistent == 0 and contacts[order[index]].end_gap < 0.0:
-            return True
+        contact = contacts[order[index]]
+        if contact.persistent == 0 and contact.end_gap < 0.0:
+            unknown = abs(contact.free - contact.approach) * time_step if predictions == 0 else 0.0
+            if contact.end_gap < -unknown:
+                return True
     return False
 
 

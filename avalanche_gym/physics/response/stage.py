@@ -179,7 +179,7 @@ def _step_island(address, workspace_address, world, island):
         )  # fmt: skip
         if asks(contacts, order, first, last):
             call_stage(header.follow_contacts, address, workspace_address, world, first, last)
-        struck = closes(contacts, order, first, last)
+        struck = closes(contacts, order, first, last, time_step, predictions)
         if struck:
             break
         prepare_lasting(

@@ -255,8 +255,8 @@ CASES = (
     ),
     HardCase(
         "trough", 11, "A sphere without friction down a trough of facets, e = 0",
-        "constant acceleration on each facet, cos(kink) of the speed at each crease", trough, 3.0, measure_trough,
-        "position", "m", 1e-3, goal={240: 1e-3}, sampling=0.1,
+        "constant acceleration on each facet, cos(kink) of the speed at each crease", trough, 5.0, measure_trough,
+        "position", "m", 1e-3, goal={60: 1e-6, 240: 1e-6, 960: 1e-6}, sampling=0.1, order=False,
     ),
     *(
         HardCase(
