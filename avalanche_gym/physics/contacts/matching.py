@@ -18,6 +18,9 @@ from ..model import DYNAMIC, PLACE_BITS, SLIDING
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.
 REACH = 0.25
 ALIKE = 0.86
+# An impulse is handed to a step of another length as the same force, but grows by no more than this factor: what acted in
+# a very short part of a step was a jolt. Larger: smooth steps are predicted from forces that never were, and diverge.
+MOST_GROWTH = 4.0
 
 
 # What is compared, in this order: the name of the contact; the point of the body that slides; the place.
@@ -66,7 +69,7 @@ def _inherit(old, new, stage, span):
     """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
     share = _orientation(old, new)
     if old.span != span:
-        share *= span / old.span
+        share *= min(span / old.span, MOST_GROWTH)
     impulse = vec3.scale(share, vec3.load(old.impulse))
     vec3.store(new.impulse, impulse)
     vec3.store(new.moment, vec3.scale(share, vec3.load(old.moment)))
@@ -125,6 +128,8 @@ def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, 
         vec3.store(contacts[index].moment, vec3.ZERO)
         vec3.store(contacts[index].creep, vec3.ZERO)
         contacts[index].stuck = 0
+        contacts[index].sticks = 0
+        contacts[index].located = 0
         contacts[index].span = span
     num_chains = chains.shape[0]
     for chain in range(num_chains):

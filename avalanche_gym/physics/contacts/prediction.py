@@ -21,7 +21,7 @@ from ..maths import quat, vec3
 
 # A contact whose gap ends larger than this fraction of the smaller body is left out of the problem. It can still come
 # into play when a neighbour is pushed by more than that in one step; smaller values then allow overlap for one step.
-SLACK = 0.05
+SLACK = 0.01
 # Gap or overlap of less than this fraction of the smaller body is round-off: it counts as touching, and stays.
 OVERLAP = 1e-9
 # Overlap of more than this fraction of the smaller body is pushed out within the step. Smaller ones, which smooth

@@ -16,14 +16,16 @@ import math
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .terrain_features import put_edge
+from .terrain_features import TILT, put_edge
 from .terrain_shape import (
     BOUNDS_ROW,
     CENTER_ROW,
     END_FEATURE_ROW,
     FIRST_FEATURE_ROW,
     axes_of,
+    axis_of,
     get,
+    is_box,
     margin_of,
     put,
     radius_of,
@@ -203,6 +205,42 @@ def _meets_core(half, reach, x, y):
 
 
 @kernel
+def _face_over(half, margin, x, y):
+    """The axis of a box under one of whose two faces on it the segment from x to x + y lies, in its frame; -1: neither.
+
+    The segment must be farther inside the border of that face than it is from the face, beyond it or sunk into the box:
+    then nothing of the box's edges and corners is near it.
+    """
+    for axis in range(3):
+        far = max(abs(x[axis]), abs(x[axis] + y[axis]))
+        near = min(abs(x[axis]), abs(x[axis] + y[axis]))
+        if near > 0.5 * half[axis] and x[axis] * (x[axis] + y[axis]) > 0.0:
+            i = (axis + 1) % 3
+            j = (axis + 2) % 3
+            inset = min(half[i] - max(abs(x[i]), abs(x[i] + y[i])), half[j] - max(abs(x[j]), abs(x[j] + y[j])))
+            if inset > max(margin, half[axis] - near, far - half[axis]):
+                return axis
+    return -1
+
+
+@kernel
+def _is_lowest(heights, grid, columns, corner, d):
+    """Whether the neighbours of an inner sample stay behind it along d, as far as in_vertex_cone asks for."""
+    for edge in range(3):
+        rise = 0 if edge == 0 else 1
+        shift = 0 if edge == 1 else 1
+        level = shift * grid[2] * d[0] + rise * grid[3] * d[1]
+        length_squared = (shift * grid[2]) ** 2 + (rise * grid[3]) ** 2
+        step = rise * columns + shift
+        for side in range(2):
+            dz = heights[corner + step] - heights[corner] if side == 0 else heights[corner - step] - heights[corner]
+            along = (level if side == 0 else -level) + dz * d[2]
+            if along > 0.0 and along * along > TILT * TILT * (length_squared + dz * dz):
+                return False
+    return True
+
+
+@kernel
 def _meets_ball(reach_squared, r, e):
     """Whether the segment from r to r + e comes within reach of the origin."""
     along = -vec3.dot(r, e)
@@ -229,6 +267,7 @@ def list_features(grid, heights, rows, columns, scratch, item):
     axes = axes_of(scratch)
     reach = radius_of(scratch) + margin_of(scratch)
     reach_squared = reach_squared_of(scratch)
+    box = is_box(scratch)
     # Samples whose edges can reach into the footprint.
     first_row = cell_index(lower[1] - grid[1], grid[5], rows)
     last_row = cell_index(upper[1] - grid[1], grid[5], rows)
@@ -270,9 +309,19 @@ def list_features(grid, heights, rows, columns, scratch, item):
                 if _is_convex(heights, rows, columns, row, column, rise, shift, grid[6]):
                     e = (shift * grid[2], rise * grid[3], heights[(row + rise) * columns + column + shift] - z)
                     y = mat3.apply_transposed(axes, e)
-                    if _meets_core(half, reach, local, y) and _meets_ball(reach_squared, r, e):
+                    if (
+                        _meets_core(half, reach, local, y)
+                        and _meets_ball(reach_squared, r, e)
+                        and not (box and _face_over(half, reach, local, y) >= 0)
+                    ):
                         end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
-            if _meets_core(half, reach, local, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared:
+            listed = _meets_core(half, reach, local, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared
+            if listed and box and 0 < row < rows - 1 and 0 < column < columns - 1:
+                axis = _face_over(half, reach, local, vec3.ZERO)
+                if axis >= 0 and abs(local[axis]) > half[axis]:
+                    out = vec3.scale(-math.copysign(1.0, local[axis]), axis_of(scratch, axis))
+                    listed = _is_lowest(heights, grid, columns, corner, out)
+            if listed:
                 end = list_vertex(grid, heights, rows, columns, row, column, scratch, end)
         item += 1
         column += 1

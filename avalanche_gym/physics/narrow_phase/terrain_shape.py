@@ -13,7 +13,7 @@ call passes two or three arguments instead of twenty:
     144         center (3) [m], half extents (3) [m], radius [m], margin [m]
     145, 146    axes: the rotation of the core, row by row (9); its size [m]; the square of its reach from the center
                 [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py); how far [m] it
-                can come within the step
+                can come within the step; 1 for a box
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number
     156 ...     what a kind of terrain needs for itself
@@ -26,7 +26,7 @@ import math
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from ..model import CAPSULE, SPHERE
+from ..model import BOX, CAPSULE, SPHERE
 
 FIRST_FEATURE_ROW = 64
 END_FEATURE_ROW = 144
@@ -137,6 +137,12 @@ def reach_squared_of(scratch):
 
 
 @kernel
+def is_box(scratch):
+    """Whether the shape fills its core: only then it has edges and corners where the core has them."""
+    return scratch[AXES_ROW + 1, 4] == 1.0
+
+
+@kernel
 def put_core(center, axes, half, radius, margin, scratch):
     """Describe what all shapes have: a box ``half`` [m] about ``center`` that holds the core, in the terrain's frame.
 
@@ -200,6 +206,7 @@ def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, mar
         half = (0.0, 0.0, size_a[1])
         radius = size_a[0]
     put_core(center, axes, half, radius, margin, scratch)
+    scratch[AXES_ROW + 1, 4] = 1.0 if shape == BOX else 0.0
     num_corners = 0
     for corner in range(8):
         # Along an axis without extent there is one side only.
