@@ -18,8 +18,8 @@ from ..model import DYNAMIC, PLACE_BITS, SLIDING
 # for one that moved. A wrong guess costs the solver iterations, not accuracy.
 REACH = 0.25
 ALIKE = 0.86
-# An impulse is handed to a step of another length as the same force, but grows by no more than this factor: what acted in
-# a very short part of a step was a jolt. Larger: smooth steps are predicted from forces that never were, and diverge.
+# An impulse is handed to a step of another length as the same force, but grows by no more than this factor: what acted
+# in a very short part of a step was a jolt. Larger: smooth steps are predicted from forces that never were.
 MOST_GROWTH = 4.0
 
 
