@@ -139,7 +139,7 @@ def reach_squared_of(scratch):
 @kernel
 def is_box(scratch):
     """Whether the shape fills its core: only then it has edges and corners where the core has them."""
-    return scratch[AXES_ROW + 1, 4] == 1.0
+    return scratch[AXES_ROW + 1, 5] == 1.0
 
 
 @kernel
@@ -162,7 +162,7 @@ def put_core(center, axes, half, radius, margin, scratch):
     scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
     scratch[AXES_ROW + 1, 2] = (math.sqrt(vec3.norm_squared(half)) + radius + margin) ** 2
     scratch[AXES_ROW + 1, 3] = margin
-    scratch[AXES_ROW + 1, 4] = 0.0
+    scratch[AXES_ROW + 1, 5] = 0.0
     for k in range(3):
         reach = radius + margin
         for j in range(3):
@@ -206,7 +206,7 @@ def put_shape(shape, position_a, rotation_a, size_a, position_b, rotation_b, mar
         half = (0.0, 0.0, size_a[1])
         radius = size_a[0]
     put_core(center, axes, half, radius, margin, scratch)
-    scratch[AXES_ROW + 1, 4] = 1.0 if shape == BOX else 0.0
+    scratch[AXES_ROW + 1, 5] = 1.0 if shape == BOX else 0.0
     num_corners = 0
     for corner in range(8):
         # Along an axis without extent there is one side only.
