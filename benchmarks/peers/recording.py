@@ -15,6 +15,8 @@ from avalanche_gym.physics.scenes.recording import steps_between_samples
 
 from .engine import Engine
 
+WARM_STEPS = 20
+
 
 @dataclass(frozen=True)
 class Cost:
@@ -29,41 +31,56 @@ class Cost:
         return float(np.median(values)), float(values.min()), float(values.max())
 
 
-def record(case: HardCase, engine: Engine, step: float) -> tuple[dict[str, float], dict[str, float]]:
-    """Errors of a case at a step [s], and what the engine reports of itself. Unsupported and errors pass through."""
-    recording, report = record_scene(case, engine, case.scene(), step, 1.0)
-    others = [record_scene(case, engine, other.scene(), step, other.time_unit)[0] for other in case.companions]
+class TooLong(Exception):
+    """A motion takes more CPU time than it may; the text says how much."""
+
+
+def record(
+    case: HardCase, engine: Engine, step: float, allowed: float = math.inf
+) -> tuple[dict[str, float], dict[str, float], Cost]:
+    """Errors of a case at a step [s], what the engine reports of itself, and the cost of the whole motion.
+
+    Raises:
+        TooLong: a motion takes more than ``allowed`` [CPU s].
+        Unsupported, and the engine's own errors.
+    """
+    recording, report, cost = record_scene(case, engine, case.scene(), step, 1.0, allowed)
+    others = [record_scene(case, engine, other.scene(), step, other.time_unit, allowed)[0] for other in case.companions]
     errors = case.errors(recording, *others)
     if case.name.startswith("pile_") and recording.finite and importlib.util.find_spec("mujoco"):
         from .ruler import overlaps  # here, since our engine is measured without the peers, too
 
         errors |= overlaps(case, recording)
-    return errors, report
+    return errors, report, cost
 
 
 def record_scene(
-    case: HardCase, engine: Engine, scene: Scene, step: float, time_unit: float
-) -> tuple[Recording, dict[str, float]]:
+    case: HardCase, engine: Engine, scene: Scene, step: float, time_unit: float, allowed: float
+) -> tuple[Recording, dict[str, float], Cost]:
     total, stride = round(case.duration / step), steps_between_samples(case, step)
     simulation = engine.build(case, scene, step * time_unit)
     try:
-        samples, times, done = [simulation.state()], [0.0], 0
+        samples, times, done, spent = [simulation.state()], [0.0], 0, 0.0
         while done < total:
             count = min(stride, total - done)
+            start = time.process_time()
             if case.drive is None:
                 simulation.step(count)
             else:
                 for number in range(done, done + count):
                     case.drive(simulation, number * step * time_unit, step * time_unit)
                     simulation.step(1)
+            spent += time.process_time() - start
             done += count
+            if spent > allowed:
+                raise TooLong(f"{done} of {total} steps took {spent:.0f} CPU s, allowed are {allowed:g} for all")
             times.append(done * step * time_unit)
             samples.append(simulation.state())
             if not np.isfinite(samples[-1][0]).all():
                 break
         place, turn, speed, spin = (np.array([sample[k] for sample in samples]) for k in range(4))
         recording = Recording(np.array(times), place, turn, speed, spin, simulation.contact_force())
-        return recording, simulation.report()
+        return recording, simulation.report(), Cost(max(done, 1), (spent,))
     finally:
         simulation.close()
 
@@ -74,10 +91,16 @@ def time_steps(case: HardCase, engine: Engine, step: float, seconds: float, repe
     Building the scene is not counted. A first, short run warms caches and compiles what is not compiled.
     """
     total = round(case.duration / step)
-    warm = min(total, 20)
-    spent = _run(case, engine, step, warm)
-    steps = total if spent <= 0.0 else max(warm, min(total, math.ceil(seconds * warm / spent)))
+    warm = warm_up(case, engine, step)
+    spent = warm.seconds[0]
+    steps = total if spent <= 0.0 else max(warm.steps, min(total, math.ceil(seconds * warm.steps / spent)))
     return Cost(steps, tuple(_run(case, engine, step, steps) for _ in range(repeats)))
+
+
+def warm_up(case: HardCase, engine: Engine, step: float) -> Cost:
+    """A short run."""
+    steps = min(round(case.duration / step), WARM_STEPS)
+    return Cost(steps, (_run(case, engine, step, steps),))
 
 
 def _run(case: HardCase, engine: Engine, step: float, steps: int) -> float:

@@ -73,6 +73,8 @@ def run(arguments: argparse.Namespace, command: str) -> None:
         print(f"{name} is left out: {reason}. Install the extra: pip install 'avalanche-gym[bench]'")
     done = {key for key, row in read(data).items() if row.status != FAILED}
     planned = points(engines, arguments.quick, arguments.cases)
+    if arguments.engines:
+        planned = [point for point in planned if point.engine in arguments.engines]
     waiting = [point for point in planned if point.key not in done]
     print(f"{len(planned)} points, {len(planned) - len(waiting)} of them measured before", flush=True)
     budget, worker = QUICK if arguments.quick else FULL, Worker()
@@ -94,6 +96,8 @@ def run(arguments: argparse.Namespace, command: str) -> None:
             )
     finally:
         worker.close()
+    if arguments.data_only:
+        return
     features = feature_costs(folder / "features.csv", arguments)
     from .pages import Report  # here, so that measuring one point needs no matplotlib
 
@@ -121,7 +125,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="*", help="only these; all curves")
     parser.add_argument("--quick", action="store_true", help="three steps, a third of the scenes with curves; minutes")
+    parser.add_argument("--engines", nargs="+", help="only these; the page keeps what the file holds of the others")
     parser.add_argument("--out", default="docs/report", help="folder of the page, its plots and data")
+    parser.add_argument("--data-only", action="store_true", help="rows of data, no page and no plots")
     parser.add_argument("--fresh", action="store_true", help="measure everything again")
     parser.add_argument("--point", nargs="+", metavar="WORD", help="CASE ENGINE RATE [TOLERANCE]")
     arguments = parser.parse_args()

@@ -30,11 +30,12 @@ class Budget:
     """CPU seconds that a point may take."""
 
     run: float  # for the motion that the error is measured on; a point that needs more is left out, and says so
+    verdict: float  # the same for the point that the verdict is read from
     timing: float  # for one repeat of the timing
     repeats: int
 
 
-FULL, QUICK = Budget(15.0, 0.1, 5), Budget(2.0, 0.02, 3)
+FULL, QUICK = Budget(15.0, 150.0, 0.1, 5), Budget(2.0, 4.0, 0.02, 3)
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,10 @@ class Point:
     @property
     def key(self) -> tuple[str, str, int, str]:
         return (self.case, self.engine, self.rate, "" if self.tolerance is None else f"{self.tolerance:g}")
+
+    def allowed(self, budget: Budget) -> float:
+        """CPU seconds for its motion."""
+        return budget.verdict if self.rate == VERDICT_RATE and self.tolerance is None else budget.run
 
 
 def points(engines: list[Engine], quick: bool, names: list[str]) -> list[Point]:

@@ -12,7 +12,7 @@ from avalanche_gym.physics.scenes import HARD_CASES
 
 from ..peers import Engine, Unsupported, all_engines, our_engine
 from ..peers.inputs import past_the_checks
-from ..peers.recording import record, time_steps
+from ..peers.recording import TooLong, record, time_steps, warm_up
 from .plan import Budget, Point
 from .table import FAILED, OK, REFUSED, TOO_LONG, UNSUPPORTED, Row
 
@@ -41,15 +41,21 @@ def measure(point: Point, budget: Budget) -> Row:
     row = Row(point.case, point.engine, engine.version, point.rate, point.key[3], OK, date=date, command=command)
     step = 1.0 / point.rate
     try:
-        cost = time_steps(case, engine, step, budget.timing, budget.repeats)
+        steps, allowed = round(case.duration * point.rate), point.allowed(budget)
+        cost = warm_up(case, engine, step)
+        if not case.chaotic:  # the beginning of a pile says nothing about the cost of the rest
+            cost = time_steps(case, engine, step, budget.timing, budget.repeats)
+            expected = cost.per_step()[0] * 1e-6 * steps
+            if expected > allowed:
+                raise TooLong(f"needs about {expected:.0f} CPU s, allowed are {allowed:g}")
+        row.errors, report, whole = record(case, engine, step, allowed)
+        if cost.steps < steps:
+            cost = whole
         row.us_per_step, row.us_low, row.us_high = cost.per_step()
-        row.steps, row.repeats = cost.steps, budget.repeats
-        expected = row.us_per_step * 1e-6 * case.duration * point.rate * (1 + len(case.companions))
-        if expected > budget.run:
-            row.status, row.note = TOO_LONG, f"needs about {expected:.0f} CPU s, allowed are {budget.run:g}"
-            return row
-        row.errors, report = record(case, engine, step)
+        row.steps, row.repeats = cost.steps, len(cost.seconds)
         row.error, row.residual = row.errors[case.error], report.get("residual", row.residual)
+    except TooLong as reason:
+        row.status, row.note = TOO_LONG, str(reason)
     except Unsupported as reason:
         row.status, row.note = UNSUPPORTED, str(reason)
     except Exception as error:
@@ -85,7 +91,7 @@ class Worker:
             theirs.close()
         started = time.monotonic()
         self._pipe.send((point, budget))
-        limit = START + GRACE * (budget.run + budget.timing * budget.repeats)
+        limit = START + GRACE * (point.allowed(budget) + budget.timing * budget.repeats)
         try:
             if self._pipe.poll(limit):
                 return self._pipe.recv()

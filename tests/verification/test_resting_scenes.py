@@ -7,6 +7,7 @@ import pytest
 
 from avalanche_gym import physics
 from avalanche_gym.physics import Box, Capsule, Compound, HeightField, Plane, Sphere, TriangleMesh
+from avalanche_gym.physics.scenes import HARD_CASES
 
 GRAVITY = 9.81
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -165,3 +166,16 @@ def test_crossed_beams_touch_with_their_edges(orientation, thickness):
     np.testing.assert_allclose(world.position[0, beam], [0, 0, top], atol=1e-7)
     force = world.contacts()["impulse"].sum(axis=0) * 240
     np.testing.assert_allclose(force, [0, 0, GRAVITY], atol=1e-6 * GRAVITY)
+
+
+@pytest.mark.parametrize("name", ["stick", "stack", "stack_heavy", "table", "card_house"])
+def test_a_scene_at_rest_that_is_awake_takes_no_factorisation(name):
+    """The error that a certificate accepts is not handed on: it would double, and be solved for again and again."""
+    world = physics.World(HARD_CASES[name].scene(), options=physics.Options(sleeping=False))
+    world.step(60)
+    place, turn = world.position.copy(), world.orientation.copy()
+    world.step(120)
+    assert world.report().iterations[0] == 0
+    assert world.report().tier[0] == "certificate"
+    np.testing.assert_array_equal(world.position, place)
+    np.testing.assert_array_equal(world.orientation, turn)

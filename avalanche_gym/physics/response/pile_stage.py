@@ -20,6 +20,7 @@ from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, TO_IMPACT
 from ..solver.exact import CERTIFIED
 from ..solver.pile_memory import PILE_NODE, PILE_ROW
 from .pile import certify_pile_island, step_pile_island
+from .stillness import let_rest
 
 # Rings of touching bodies, as a share of their number, above which an island is no chain.
 RINGS = 0.25
@@ -117,6 +118,11 @@ def step_pile(address, workspace_address, world, island):
             nodes, index, ends, CERTIFIED * header.tolerance,
         )  # fmt: skip
         if residual >= 0.0:
+            sums = table(workspace.sums, (header.num_bodies, 6), np.float64)
+            let_rest(
+                bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body,
+                ends,
+            )  # fmt: skip
             table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD
             report.residual = max(report.residual, residual)
             return 1

@@ -36,6 +36,7 @@ from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
 from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
 from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, predict_places
+from .stillness import let_rest
 
 
 @kernel
@@ -201,6 +202,9 @@ def _step_island(address, workspace_address, world, island):
     if not struck:
         rows = table(workspace.solver_rows, workspace.solver_rows_size, ROW)
         note_sticking(time_step, contacts, order, first, last, rows)
+        let_rest(
+            bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body, ends
+        )  # fmt: skip
     else:
         places = starts
         prepare_impact(
