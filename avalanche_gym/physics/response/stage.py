@@ -27,7 +27,7 @@ from ..memory import (
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LAST, MESH, TO_IMPACT, WHOLE
+from ..model import BODY_STATE, CONTACT, DULL, DYNAMIC, KINEMATIC, LAST, MESH, TO_IMPACT, WHOLE
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
@@ -153,6 +153,7 @@ def _step_island(address, workspace_address, world, island):
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
         return True
     located = 0
+    doubtful = False
     if header.events == 1 and workspace.part != LAST:
         # Where many bodies are about, one alone is soon among others.
         alone = last_body - first_body == 1 and header.step_pile == 0
@@ -164,7 +165,10 @@ def _step_island(address, workspace_address, world, island):
             last = located_last(contacts, order, first, last)
             struck = sort_out(time_step, contacts, order, first, last, header.time_step)
         table(workspace.waits, workspace.waits_size, np.int64)[island] = located
-        if located > 0:
+        # What rests may never get to where it would fall without its support: first it is seen whether it does.
+        doubtful = located == DULL and workspace.part == WHOLE and not struck
+        doubtful = doubtful and any_lasts(contacts, order, first, last)
+        if located > 0 and not doubtful:
             workspace.waiting += 1
             if workspace.part == WHOLE:
                 return True
@@ -198,6 +202,11 @@ def _step_island(address, workspace_address, world, island):
         )  # fmt: skip
         predictions += 1
         foreseen = predictions == MOST_PREDICTIONS or came_true(predicted, ends, contacts, order, first, last)
+    if doubtful:
+        if struck:
+            workspace.waiting += 1
+            return True
+        table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
     places = predicted
     if not struck:
         rows = table(workspace.solver_rows, workspace.solver_rows_size, ROW)
