@@ -176,6 +176,7 @@ WORKSPACE = np.dtype(
         ("impact_time", np.float64),  # [s] of the first impact, from the beginning of the present part
         ("detail", np.int64),  # entries that a full table needs
         ("tolerance", np.float64),  # asked of the solver
+        ("budget", np.int64),  # factorisations it may take
         ("residual", np.float64),  # what it reached
         ("iterations", np.int64),  # what it took
         *((name, np.int64) for name in WORKSPACE_TABLES),

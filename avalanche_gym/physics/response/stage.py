@@ -35,8 +35,12 @@ from .creep import add_creep, note_sticking
 from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
 from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
+from .pile_stage import GOOD
 from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, predict_places
 from .stillness import let_rest
+
+# What became of an island in the exact tier.
+FULL, SOLVED, GAVE_UP = 0, 1, 2
 
 
 @kernel
@@ -64,7 +68,7 @@ def solve_problem(address, workspace_address, num_contacts, num_bodies):
         num_bodies,
         header.num_bodies,
         workspace.tolerance,
-        header.max_iterations,
+        workspace.budget,
         rows,
         nodes,
         blocks,
@@ -134,6 +138,24 @@ def _step_island(address, workspace_address, world, island):
     """Advance the bodies of one island to the end of this part; return False if the solver needs more memory."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    struck = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
+    workspace.budget = header.max_iterations
+    if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
+        return True
+    outcome = _step_exactly(address, workspace_address, world, island, struck)
+    if outcome == GAVE_UP:
+        call_stage(header.step_pile, address, workspace_address, world, island)
+    return outcome != FULL
+
+
+@kernel
+def _step_exactly(address, workspace_address, world, island, struck):
+    """The same by the exact tier: SOLVED, FULL if the solver needs more memory, or GAVE_UP, and nothing was done."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
     starts = starts_of(header, workspace)
     flown = table(workspace.flown, header.num_bodies, BODY_STATE)
@@ -148,10 +170,6 @@ def _step_island(address, workspace_address, world, island):
     first_body, last_body = _range(workspace.body_starts, island)
     time_step = workspace.span
     report = report_of(header, world)
-
-    struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
-    if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
-        return True
     located = 0
     doubtful = False
     if header.events == 1 and workspace.part != LAST:
@@ -171,9 +189,9 @@ def _step_island(address, workspace_address, world, island):
         if located > 0 and not doubtful:
             workspace.waiting += 1
             if workspace.part == WHOLE:
-                return True
+                return SOLVED
         if last == first:
-            return True
+            return SOLVED
     expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
     foreseen = False
     predictions = 0
@@ -191,8 +209,9 @@ def _step_island(address, workspace_address, world, island):
             bodies, flown, time_step, header.time_step, contacts, order, first, last, sums, members, first_body,
             last_body, predicted, working, ends,
         )  # fmt: skip
-        if not _solve(address, workspace_address, world, first, last, first_body, last_body):
-            return False
+        outcome = _solve(address, workspace_address, world, first, last, first_body, last_body)
+        if outcome != SOLVED:
+            return outcome
         struck = newly_loaded(contacts, order, first, last)
         if struck:
             break
@@ -220,14 +239,16 @@ def _step_island(address, workspace_address, world, island):
             bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
             working,
         )  # fmt: skip
-        if not _solve(address, workspace_address, world, first, last, first_body, last_body):
-            return False
+        outcome = _solve(address, workspace_address, world, first, last, first_body, last_body)
+        if outcome != SOLVED:
+            return outcome
         end_impact(
             bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body, ends
         )
         if header.restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
-            if not _solve(address, workspace_address, world, first, last, first_body, last_body):
-                return False
+            outcome = _solve(address, workspace_address, world, first, last, first_body, last_body)
+            if outcome != SOLVED:
+                return outcome
             end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
     worst = measure_end(places, ends, contacts, order, first, last)
     if overlaps(contacts, order, first, last):
@@ -236,9 +257,10 @@ def _step_island(address, workspace_address, world, island):
             bodies, ends, contacts, order, first, last, members, first_body, last_body, rows, nodes, index
         )
         workspace.tolerance = PROJECTION_TOLERANCE
+        workspace.budget = header.max_iterations
         own, num_bodies = last - first, last_body - first_body
         if call_stage(header.solve_problem, address, workspace_address, own, num_bodies) == NEEDS_MEMORY:
-            return False
+            return FULL
         report.iterations += workspace.iterations
         push_apart(bodies, nodes, members, first_body, last_body, ends)
         worst = measure_end(places, ends, contacts, order, first, last)
@@ -247,7 +269,7 @@ def _step_island(address, workspace_address, world, island):
     # What is still to be located has been left out: where that leads is not what happens.
     if workspace.part != TO_IMPACT or located == 0:
         report.penetration = max(report.penetration, worst)
-    return True
+    return SOLVED
 
 
 @kernel
@@ -259,7 +281,7 @@ def _range(address, number):
 
 @kernel
 def _solve(address, workspace_address, world, first, last, first_body, last_body):
-    """Solve the velocities of one island about ``working``; return False if the solver needs more memory."""
+    """Solve the velocities of one island about ``working``; SOLVED, FULL or GAVE_UP, as in _step_exactly."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     rows, nodes, _, index = _solver_memory(workspace)
@@ -278,15 +300,17 @@ def _solve(address, workspace_address, world, first, last, first_body, last_body
     workspace.tolerance = header.tolerance
     method = call_stage(header.solve_problem, address, workspace_address, num_rows, num_bodies)
     if method == NEEDS_MEMORY:
-        return False
+        return FULL
+    report = report_of(header, world)
+    report.iterations += workspace.iterations
+    rest_of(header, world)[members[first_body]].residual = workspace.residual
+    if workspace.budget < header.max_iterations and workspace.residual > max(header.tolerance, GOOD):
+        return GAVE_UP
     keep_impulses(contacts, order, first, last, rows)
     keep_moments(contacts, order, first, rows, own, num_rows)
-    rest_of(header, world)[members[first_body]].residual = workspace.residual
-    report = report_of(header, world)
     report.residual = max(report.residual, workspace.residual)
-    report.iterations += workspace.iterations
     report.method = max(report.method, method)
-    return True
+    return SOLVED
 
 
 @stage
