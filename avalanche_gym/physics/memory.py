@@ -79,7 +79,7 @@ WORLD_TABLES = {
 # Stages of the step by name: pipeline.py calls them through the addresses in the header.
 STAGES = (
     *("fly_bodies", "find_pairs", "find_contacts", "sort_contacts", "step_islands", "follow_contacts", "solve_problem"),
-    *("step_groups", "find_impact_time", "strike", "step_pile", "settle", "commit"),
+    *("step_groups", "find_impact_time", "strike", "step_pile", "part_overlaps", "settle", "commit"),
     *("hide_seams", "cross_seams"),  # 0: no two colliders of this scene are ground together
 )
 
@@ -168,6 +168,7 @@ WORKSPACE = np.dtype(
         ("num_members", np.int64),
         ("num_movers", np.int64),
         ("num_strayed", np.int64),
+        ("penetration", np.float64),  # [m] in the report before the present step
         ("num_recent", np.int64),
         ("num_kept", np.int64),
         ("num_gone", np.int64),

@@ -41,6 +41,7 @@ def step_world(address, workspace_address, world):
     solver        a smooth step of order 2 where all contacts last, a struck one where something closes;
                   measured overlap is removed without adding velocity
     groups        islands whose impacts have to be located in time step from one to the next
+    hindsight     what bodies were pushed or turned into, unforeseen, is parted at the end of the step
     sleep         islands in balance are left alone from here on, until something disturbs them
     commit        the step becomes real
     """
@@ -53,6 +54,7 @@ def step_world(address, workspace_address, world):
     workspace.waiting = 0
     if header.sleeping == 1 and nothing_moves(header, world):
         return OK, -1
+    workspace.penetration = report_of(header, world).penetration
     count = np.int64(-1)
     while count < 0:  # anew if a sleeping island was touched
         call_stage(header.fly_bodies, address, workspace_address, world)
@@ -74,6 +76,10 @@ def step_world(address, workspace_address, world):
             if status != OK:
                 return status, workspace.detail
             count = workspace.num_kept
+    if header.collisions == 1:
+        status = call_stage(header.part_overlaps, address, workspace_address, world, count)
+        if status != OK:
+            return status, workspace.detail
     body = first_non_finite(header, workspace, world)
     if body >= 0:
         return NON_FINITE, body
@@ -148,12 +154,15 @@ def advance(address, workspace_address, first, last, num_steps):
                 report.status = NON_FINITE
                 report.detail = broken
         while remaining[0] > 0 and report.status == OK:
+            residual, penetration, method = report.residual, report.penetration, report.method
             status, detail = step_world(address, workspace_address, world)
             report.status = status
             report.detail = detail
             if status == OK:
                 remaining[0] -= 1
                 report.steps += 1
+            else:  # nothing has happened, whatever was tried
+                report.residual, report.penetration, report.method = residual, penetration, method
         if report.status == OK:
             end_call(header, world)
         else:

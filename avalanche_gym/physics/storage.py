@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, groups, response, seams
+from . import detection, groups, hindsight, response, seams
 from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
 from .contacts import sleeping
@@ -191,6 +191,7 @@ class Storage:
             header["solve_problem"] = response.solve_problem.address
             self.choose_tiers()
             arrays["pair_functions"] = self._pair_functions()
+            header["part_overlaps"] = hindsight.part_overlaps.address
             header["follow_contacts"] = detection.follow_contacts.address
             self._watch_seams()
             if options.events:
@@ -317,8 +318,8 @@ class Storage:
             "solver_rows": 2 * contacts,  # contacts and moments
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
-            "pile_rows": contacts if self.header[0]["step_pile"] else 0,
-            "pile_nodes": num_bodies + 1 if self.header[0]["step_pile"] else 0,
+            "pile_rows": contacts,
+            "pile_nodes": num_bodies + 1,
             "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),
         }
         scratch, record = self._scratch[number], self.workspaces[number][0]

@@ -29,6 +29,33 @@ from .creep import CLOSING, SETTLED
 
 
 @kernel
+def place_node(body, state, node):
+    """Mass and inertia of a body as it is turned in ``state``; it has not moved from there."""
+    m = quat.to_matrix(quat.load(state.orientation))
+    x, y, z = body.inverse_inertia[0], body.inverse_inertia[1], body.inverse_inertia[2]
+    inertia = node.inverse_inertia
+    inertia[0] = m[0] * m[0] * x + m[1] * m[1] * y + m[2] * m[2] * z
+    inertia[1] = m[0] * m[3] * x + m[1] * m[4] * y + m[2] * m[5] * z
+    inertia[2] = m[0] * m[6] * x + m[1] * m[7] * y + m[2] * m[8] * z
+    inertia[3] = m[3] * m[3] * x + m[4] * m[4] * y + m[5] * m[5] * z
+    inertia[4] = m[3] * m[6] * x + m[4] * m[7] * y + m[5] * m[8] * z
+    inertia[5] = m[6] * m[6] * x + m[7] * m[7] * y + m[8] * m[8] * z
+    node.inverse_mass = body.inverse_mass
+    vec3.store(node.moved, vec3.ZERO)
+    vec3.store(node.turned, vec3.ZERO)
+
+
+@kernel
+def stand_still(node):
+    """The node of all that cannot be moved."""
+    node.inverse_mass = 0.0
+    for entry in range(6):
+        node.inverse_inertia[entry] = 0.0
+    for vector in (node.velocity, node.spin, node.gain, node.before, node.spin_before, node.moved, node.turned):
+        vec3.store(vector, vec3.ZERO)
+
+
+@kernel
 def prepare_bodies(bodies, starts, flown, members, first_body, last_body, substeps, nodes, index):
     """Fill the nodes of the island's bodies at the start of the step, and the table from a body to its node."""
     share = 1.0 / substeps
@@ -39,29 +66,15 @@ def prepare_bodies(bodies, starts, flown, members, first_body, last_body, subste
         body = bodies[handle]
         start = starts[handle]
         flight = flown[handle]
-        m = quat.to_matrix(quat.load(start.orientation))
-        x, y, z = body.inverse_inertia[0], body.inverse_inertia[1], body.inverse_inertia[2]
-        inertia = node.inverse_inertia
-        inertia[0] = m[0] * m[0] * x + m[1] * m[1] * y + m[2] * m[2] * z
-        inertia[1] = m[0] * m[3] * x + m[1] * m[4] * y + m[2] * m[5] * z
-        inertia[2] = m[0] * m[6] * x + m[1] * m[7] * y + m[2] * m[8] * z
-        inertia[3] = m[3] * m[3] * x + m[4] * m[4] * y + m[5] * m[5] * z
-        inertia[4] = m[3] * m[6] * x + m[4] * m[7] * y + m[5] * m[8] * z
-        inertia[5] = m[6] * m[6] * x + m[7] * m[7] * y + m[8] * m[8] * z
-        node.inverse_mass = body.inverse_mass
+        place_node(body, start, node)
         velocity, spin = vec3.load(start.velocity), vec3.load(start.angular_velocity)
         vec3.store(node.velocity, velocity)
         vec3.store(node.spin, spin)
         vec3.store(node.gain, vec3.scale(share, vec3.sub(vec3.load(flight.velocity), velocity)))
         vec3.store(node.spin_gain, vec3.scale(share, vec3.sub(vec3.load(flight.angular_velocity), spin)))
-        for vector in (node.moved, node.turned, node.push, node.moment):
-            vec3.store(vector, vec3.ZERO)
-    last = nodes[last_body - first_body]
-    last.inverse_mass = 0.0
-    for entry in range(6):
-        last.inverse_inertia[entry] = 0.0
-    for vector in (last.velocity, last.spin, last.gain, last.before, last.spin_before, last.moved, last.turned):
-        vec3.store(vector, vec3.ZERO)
+        vec3.store(node.push, vec3.ZERO)
+        vec3.store(node.moment, vec3.ZERO)
+    stand_still(nodes[last_body - first_body])
 
 
 @kernel

@@ -30,6 +30,8 @@ from .cone import project
 SHARE, POSITION_SWEEPS = 0.3, 3
 # Sweeps while an overlap is deeper than what counts of it in a step.
 MOST_POSITION_SWEEPS = 12
+# Sweeps that take out all of the overlap.
+MOST_PARTING_SWEEPS = 40
 
 
 @kernel
@@ -106,25 +108,25 @@ def to_local(row, vector):
 
 
 @kernel
-def contact_velocity(row, nodes):
-    """u of a contact in its own frame, without bias."""
+def relative_velocity(row, nodes):
+    """Velocity of b against a at a contact, world frame, without what is prescribed."""
     node_a = nodes[row.a]
     node_b = nodes[row.b]
     change = vec3.sub(vec3.load(node_b.velocity), vec3.load(node_a.velocity))
     change = vec3.add(change, vec3.cross(vec3.load(node_b.spin), vec3.load(row.arm_b)))
-    change = vec3.sub(change, vec3.cross(vec3.load(node_a.spin), vec3.load(row.arm_a)))
-    return vec3.add(to_local(row, change), vec3.load(row.prescribed))
+    return vec3.sub(change, vec3.cross(vec3.load(node_a.spin), vec3.load(row.arm_a)))
+
+
+@kernel
+def contact_velocity(row, nodes):
+    """u of a contact in its own frame, without bias."""
+    return vec3.add(to_local(row, relative_velocity(row, nodes)), vec3.load(row.prescribed))
 
 
 @kernel
 def normal_velocity(row, nodes):
     """u_n of a contact, without bias."""
-    node_a = nodes[row.a]
-    node_b = nodes[row.b]
-    change = vec3.sub(vec3.load(node_b.velocity), vec3.load(node_a.velocity))
-    change = vec3.add(change, vec3.cross(vec3.load(node_b.spin), vec3.load(row.arm_b)))
-    change = vec3.sub(change, vec3.cross(vec3.load(node_a.spin), vec3.load(row.arm_a)))
-    return vec3.dot(vec3.load(row.normal), change) + row.prescribed[0]
+    return vec3.dot(vec3.load(row.normal), relative_velocity(row, nodes)) + row.prescribed[0]
 
 
 @kernel
@@ -198,12 +200,14 @@ def substep(rows, nodes, num_contacts, num_bodies, time_step):
     """One sweep; then gaps and bodies advance by a substep [s]."""
     for i in range(num_contacts):
         row = rows[i]
-        u_n, u_1, u_2 = contact_velocity(row, nodes)
+        change = relative_velocity(row, nodes)
         if row.lasting == 0:
             row.bias = max(row.open, 0.0) / time_step
-        u_n += row.bias
+        u_n = vec3.dot(vec3.load(row.normal), change) + row.prescribed[0] + row.bias
         old = vec3.load(row.impulse)
         if old[0] != 0.0 or u_n < 0.0:
+            u_1 = vec3.dot(vec3.load(row.t1), change) + row.prescribed[1]
+            u_2 = vec3.dot(vec3.load(row.t2), change) + row.prescribed[2]
             new = relaxed(row, old, u_n, u_1, u_2)
             vec3.store(row.impulse, new)
             vec3.store(row.total, vec3.add(vec3.load(row.total), new))
@@ -249,6 +253,23 @@ def remove_overlap(rows, nodes, num_contacts, time_step, most):
                 push = max(row.push + lack / row.local[0], 0.0)
                 shove(row, nodes, push - row.push)
                 row.push = push
+
+
+@kernel
+def part(rows, nodes, num_contacts, enough):
+    """Sweeps that move the bodies until no contact overlaps by more than ``enough`` [m]."""
+    for _ in range(MOST_PARTING_SWEEPS):
+        deepest = 0.0
+        for i in range(num_contacts):
+            row = rows[i]
+            lack = -gap_after(row, nodes, 0.0)
+            if row.local[0] > 0.0 and (lack > 0.0 or row.push > 0.0):
+                push = max(row.push + lack / row.local[0], 0.0)
+                shove(row, nodes, push - row.push)
+                row.push = push
+                deepest = max(deepest, lack)
+        if deepest <= enough:
+            return
 
 
 @kernel

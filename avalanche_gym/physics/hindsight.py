@@ -1,0 +1,330 @@
+"""Overlap that the straight view of a step missed is found where the bodies ended, and taken out there.
+
+A step is solved with the contacts that free flight can reach, each along the normal it starts with. Two things lead
+elsewhere: a body that is struck, or stopped while its neighbours fall on, is pushed into what was out of reach; and a
+body that turns by an angle a within the step shows another face, off by
+
+    1/2 a^2 sqrt(radius^2 - size^2),
+
+for turning moves a surface point p along its normal n by |a x p . n| <= |a| |p x n|, with |p| <= radius, p . n >= size.
+Around such bodies the narrow phase is asked again, with all bodies at the end of the step, and the places of the bodies
+are swept apart in the metric of their masses (solver/pile.py). No velocity is added: what still approaches is met by
+the contacts of the next step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .contacts.matching import chain_of
+from .contacts.prediction import SLACK, turn_between, turned_gap_change
+from .jit import call_stage, kernel, stage
+from .maths import quat, vec3
+from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
+from .model import BODY_STATE, CAPSULE, CONTACT, CONTACTS_FULL, CYLINDER, DYNAMIC, OK, PAIRS_FULL
+from .narrow_phase.collide import collide_bodies
+from .narrow_phase.pair_query import query_at
+from .response.bodies import shift
+from .response.pile import place_node, stand_still
+from .solver.pile import gap_after, part, prepare_response
+from .solver.pile_memory import PILE_NODE, PILE_ROW
+
+# Contacts are found, and bodies swept apart, so many times at most: turned bodies show new faces again.
+ROUNDS = 6
+# Neighbours of bodies that overlap, so many bodies away, are looked at as well: they give way.
+HOPS = 2
+# A body that turns by so much that its surface may be off by more than this fraction of its size is looked at.
+TURNS = 5e-3
+# Overlap below this fraction of the smaller body stays: the next step parts what still touches.
+SHALLOW = 2e-3
+
+
+@stage
+def part_overlaps(address, workspace_address, world, count):
+    """Look at the end of the step around the bodies that went elsewhere; ``count`` contacts are listed.
+
+    Returns a status; the entries that a full table needs are in the ``detail`` of the workspace.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    marks = table(workspace.members, header.num_bodies, np.int64)
+    if not _mark_strays(header, workspace, world, marks):
+        return OK
+    looked_at = table(workspace.waits, header.num_bodies, np.int64)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    before = table(workspace.predicted, header.num_bodies, BODY_STATE)
+    for index in range(header.num_bodies):
+        looked_at[index] = marks[index]
+        before[index] = ends[index]
+    num_found = np.int64(0)
+    for _ in range(ROUNDS):
+        num_pairs = _find_pairs_at_end(address, workspace_address, world)
+        if 2 * num_pairs > workspace.pairs_size:
+            workspace.detail = num_pairs
+            return PAIRS_FULL
+        close = _bring_to_front(header, workspace, world, num_pairs, marks)
+        num_found, enough = _find_contacts_at_end(address, workspace_address, world, close)
+        if not enough:
+            _mark_overlapping(header, workspace, world, num_pairs, min(num_found, workspace.contacts_size), marks)
+            close = _bring_to_front(header, workspace, world, num_pairs, marks)
+            num_found, _ = _find_contacts_at_end(address, workspace_address, world, close)
+        if num_found > workspace.contacts_size:
+            workspace.detail = num_found
+            return CONTACTS_FULL
+        if enough or not _sweep_apart(header, workspace, world, num_found, marks):
+            break
+        for index in range(header.num_bodies):
+            looked_at[index] = max(looked_at[index], marks[index])
+    _measure_again(header, workspace, world, count, num_found, before, looked_at)
+    return OK
+
+
+@kernel
+def _mark_strays(header, workspace, world, marks):
+    """Mark the bodies that were pushed off their flight or turn far within the step; return whether there are any."""
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    rest = rest_of(header, world)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    found = False
+    for index in range(header.num_bodies):
+        body = bodies[index]
+        marks[index] = 0
+        if body.motion != DYNAMIC or rest[index].asleep != 0:
+            continue
+        start = states[index]
+        end = ends[index]
+        # What rests is kept from falling, and what falls does not go straight on: neither is pushed by anything new.
+        pushed = vec3.sub(vec3.load(end.center), vec3.load(flown[index].center))
+        straight = vec3.add_scaled(vec3.load(start.center), header.time_step, vec3.load(start.velocity))
+        bent = vec3.sub(vec3.load(end.center), straight)
+        strays = min(vec3.norm_squared(pushed), vec3.norm_squared(bent)) > (0.5 * SLACK * body.size) ** 2
+        if not strays:
+            spin = max(_turning(header, body, start), _turning(header, body, end))
+            angle_squared = spin * header.time_step * header.time_step
+            lever_squared = body.radius * body.radius - body.size * body.size
+            strays = angle_squared * angle_squared * lever_squared > (2.0 * TURNS * body.size) ** 2
+        if strays:
+            marks[index] = 1
+            found = True
+    return found
+
+
+@kernel
+def _turning(header, body, state):
+    """Square of the speed [rad/s] at which a body shows other faces; what spins about its own axis shows none."""
+    spin = vec3.load(state.angular_velocity)
+    squared = vec3.norm_squared(spin)
+    if body.num_colliders == 1:
+        collider = colliders_of(header)[body.first_collider]
+        if collider.shape == CAPSULE or collider.shape == CYLINDER:
+            axis = quat.rotate(
+                quat.load(state.orientation), quat.rotate(quat.load(collider.orientation), (0.0, 0.0, 1.0))
+            )
+            squared -= vec3.dot(spin, axis) ** 2
+    return squared
+
+
+@kernel
+def _find_pairs_at_end(address, workspace_address, world):
+    """The pairs of bodies that meet on the way they really went."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    flown = workspace.flown
+    workspace.flown = workspace.ends
+    num_pairs = call_stage(header.find_pairs, address, workspace_address, world)
+    workspace.flown = flown
+    return num_pairs
+
+
+@kernel
+def _bring_to_front(header, workspace, world, num_pairs, marks):
+    """Swap the pairs in which a body is marked to the front; return how many they are."""
+    bodies = bodies_of(header, world)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    count = 0
+    for pair in range(num_pairs):
+        a = pairs[2 * pair]
+        b = pairs[2 * pair + 1]
+        ground = bodies[a].motion != DYNAMIC or bodies[b].motion != DYNAMIC
+        # What pieces of ground hide of one another is not known here (seams.py).
+        if marks[a] + marks[b] > 0 and not (ground and header.hide_seams != 0):
+            pairs[2 * pair] = pairs[2 * count]
+            pairs[2 * pair + 1] = pairs[2 * count + 1]
+            pairs[2 * count] = a
+            pairs[2 * count + 1] = b
+            count += 1
+    return count
+
+
+@kernel
+def _mark_overlapping(header, workspace, world, num_pairs, num_found, marks):
+    """Mark the bodies of contacts that overlap, and their neighbours."""
+    bodies = bodies_of(header, world)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    found = table(workspace.recent, workspace.recent_size, CONTACT)
+    for index in range(header.num_bodies):
+        marks[index] = 0
+    for index in range(num_found):
+        if found[index].gap < -SHALLOW * found[index].size:
+            marks[found[index].body_a] = 1
+            marks[found[index].body_b] = 1
+    for index in range(header.num_bodies):
+        if bodies[index].motion != DYNAMIC:
+            marks[index] = 0
+    for hop in range(1, HOPS + 1):
+        for pair in range(num_pairs):
+            a = pairs[2 * pair]
+            b = pairs[2 * pair + 1]
+            if bodies[a].motion == DYNAMIC and bodies[b].motion == DYNAMIC:
+                if marks[a] == hop and marks[b] == 0:
+                    marks[b] = hop + 1
+                elif marks[b] == hop and marks[a] == 0:
+                    marks[a] = hop + 1
+
+
+@kernel
+def _find_contacts_at_end(address, workspace_address, world, num_pairs):
+    """Fill ``recent`` with the contacts of these pairs at the end of the step; return how many, and whether none of
+    them overlaps by more than counts.
+    """
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
+    found = table(workspace.recent, workspace.recent_size, CONTACT)
+    query = query_at(workspace.query)
+    query.world = world
+    query.header = address
+    query.contacts = workspace.recent
+    query.capacity = workspace.recent_size
+    query.scratch = workspace.clipping
+    query.scratch_rows = workspace.clipping_size // 8
+    query.motion = 0.0
+    count = np.int64(0)
+    enough = True
+    for pair in range(num_pairs):
+        a = pairs[2 * pair]
+        b = pairs[2 * pair + 1]
+        size = min(bodies[a].size, bodies[b].size)
+        query.margin = SLACK * size
+        start = count
+        count = collide_bodies(header, workspace.query, bodies, ends, a, b, count)
+        for index in range(start, min(count, found.shape[0])):
+            contact = found[index]
+            # The table of heights is that of the start of the step.
+            contact.gap += header.time_step * vec3.dot(vec3.load(contact.normal), vec3.load(contact.surface_velocity))
+            contact.size = size
+            enough = enough and contact.gap >= -SHALLOW * size
+    return count, enough
+
+
+@kernel
+def _sweep_apart(header, workspace, world, num_found, marks):
+    """Move the bodies at the end of the step until the contacts found there are open, and mark those that move.
+
+    Returns whether one went so far that it may have met what was not found.
+    """
+    bodies = bodies_of(header, world)
+    rest = rest_of(header, world)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    found = table(workspace.recent, workspace.recent_size, CONTACT)
+    rows = table(workspace.pile_rows, workspace.pile_rows_size, PILE_ROW)
+    nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
+    last = header.num_bodies
+    stand_still(nodes[last])
+    for index in range(last):
+        if bodies[index].motion == DYNAMIC and rest[index].asleep == 0:
+            place_node(bodies[index], ends[index], nodes[index])
+    enough = math.inf
+    for index in range(num_found):
+        contact = found[index]
+        row = rows[index]
+        a = contact.body_a
+        b = contact.body_b
+        row.a = a if bodies[a].motion == DYNAMIC and rest[a].asleep == 0 else last
+        row.b = b if bodies[b].motion == DYNAMIC and rest[b].asleep == 0 else last
+        point = vec3.load(contact.position)
+        normal = vec3.load(contact.normal)
+        t1, t2 = vec3.tangents(normal)
+        vec3.store(row.normal, normal)
+        vec3.store(row.t1, t1)
+        vec3.store(row.t2, t2)
+        vec3.store(row.arm_a, vec3.sub(point, vec3.load(ends[a].center)))
+        vec3.store(row.arm_b, vec3.sub(point, vec3.load(ends[b].center)))
+        vec3.store(row.prescribed, vec3.ZERO)
+        row.gap = contact.gap
+        row.floor = 0.0
+        row.push = 0.0
+        enough = min(enough, 0.1 * SHALLOW * contact.size)
+        prepare_response(row, nodes)
+    part(rows, nodes, num_found, enough)
+    for index in range(num_found):
+        found[index].gap = gap_after(rows[index], nodes, 0.0)
+    far = False
+    for index in range(last):
+        marks[index] = 0
+        if bodies[index].motion == DYNAMIC and rest[index].asleep == 0:
+            moved, turned = vec3.load(nodes[index].moved), vec3.load(nodes[index].turned)
+            if vec3.norm_squared(moved) + vec3.norm_squared(turned) > 0.0:
+                shift(bodies[index], ends[index], moved, turned)
+                marks[index] = 1
+                way = vec3.norm(moved) + bodies[index].radius * vec3.norm(turned)
+                far = far or way > 0.5 * SLACK * bodies[index].size
+    return far
+
+
+@kernel
+def _moved(before, after):
+    change = vec3.sub(vec3.load(after.center), vec3.load(before.center))
+    turn = turn_between(before, after)
+    return vec3.norm_squared(change) + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3] > 0.0
+
+
+@kernel
+def _measure_again(header, workspace, world, count, num_found, before, looked_at):
+    """Bring the listed contacts of the bodies that were looked at to where these are; report the deepest overlap."""
+    bodies = bodies_of(header, world)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.kept if workspace.waiting > 0 else workspace.contacts, workspace.contacts_size, CONTACT)
+    found = table(workspace.recent, workspace.recent_size, CONTACT)
+    chains = table(workspace.bound, header.num_bodies, np.int64)
+    following = table(workspace.order, workspace.order_size, np.int64)
+    for chain in range(chains.shape[0]):
+        chains[chain] = -1
+    for index in range(num_found):
+        chain = chain_of(bodies, found[index]) % chains.shape[0]
+        following[index] = chains[chain]
+        chains[chain] = index
+    worst = 0.0
+    for index in range(count):
+        contact = contacts[index]
+        a = contact.body_a
+        b = contact.body_b
+        if looked_at[a] + looked_at[b] == 0 and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
+            worst = max(worst, -contact.gap)
+            continue
+        same = chains[chain_of(bodies, contact) % chains.shape[0]]
+        while same >= 0 and (found[same].pair != contact.pair or found[same].feature != contact.feature):
+            same = following[same]
+        if same >= 0:
+            vec3.store(contact.position, vec3.load(found[same].position))
+            vec3.store(contact.normal, vec3.load(found[same].normal))
+            contact.gap = found[same].gap
+        else:
+            contact.gap += turned_gap_change(
+                contact, vec3.load(contact.position), vec3.load(contact.normal), contact.gap,
+                before[a], ends[a], turn_between(before[a], ends[a]),
+                before[b], ends[b], turn_between(before[b], ends[b]),
+            )  # fmt: skip
+            # Overlap along a normal that no longer counts is none.
+            contact.gap = max(contact.gap, 0.0)
+        worst = max(worst, -contact.gap)
+    for index in range(num_found):
+        worst = max(worst, -found[index].gap)
+    report = report_of(header, world)
+    report.penetration = max(workspace.penetration, worst)
