@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from .contacts.matching import chain_of
-from .contacts.prediction import SLACK, turn_between, turned_gap_change
+from .contacts.prediction import turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
@@ -35,8 +35,11 @@ from .solver.pile_memory import PILE_NODE, PILE_ROW
 ROUNDS = 6
 # Neighbours of bodies that overlap, so many bodies away, are looked at as well: they give way.
 HOPS = 2
-# A body that turns by so much that its surface may be off by more than this fraction of its size is looked at.
-TURNS = 5e-3
+# A body that ends farther from its flight than this fraction of its size is looked at, and one that turns by so much
+# that its surface may be off by more than the other. Larger: overlap of that size is not seen.
+PUSHED, TURNS = 0.01, 5e-3
+# Contacts closer than this fraction of the smaller body keep others from being pushed into it.
+NEAR = 0.05
 # Overlap below this fraction of the smaller body stays: the next step parts what still touches.
 SHALLOW = 2e-3
 
@@ -65,11 +68,11 @@ def part_overlaps(address, workspace_address, world, count):
             workspace.detail = num_pairs
             return PAIRS_FULL
         close = _bring_to_front(header, workspace, world, num_pairs, marks)
-        num_found, enough = _find_contacts_at_end(address, workspace_address, world, close)
+        num_found, enough = _find_contacts_at_end(address, workspace_address, world, close, 0.0)
         if not enough:
             _mark_overlapping(header, workspace, world, num_pairs, min(num_found, workspace.contacts_size), marks)
             close = _bring_to_front(header, workspace, world, num_pairs, marks)
-            num_found, _ = _find_contacts_at_end(address, workspace_address, world, close)
+            num_found, _ = _find_contacts_at_end(address, workspace_address, world, close, NEAR)
         if num_found > workspace.contacts_size:
             workspace.detail = num_found
             return CONTACTS_FULL
@@ -101,7 +104,7 @@ def _mark_strays(header, workspace, world, marks):
         pushed = vec3.sub(vec3.load(end.center), vec3.load(flown[index].center))
         straight = vec3.add_scaled(vec3.load(start.center), header.time_step, vec3.load(start.velocity))
         bent = vec3.sub(vec3.load(end.center), straight)
-        strays = min(vec3.norm_squared(pushed), vec3.norm_squared(bent)) > (0.5 * SLACK * body.size) ** 2
+        strays = min(vec3.norm_squared(pushed), vec3.norm_squared(bent)) > (PUSHED * body.size) ** 2
         if not strays:
             spin = max(_turning(header, body, start), _turning(header, body, end))
             angle_squared = spin * header.time_step * header.time_step
@@ -187,9 +190,10 @@ def _mark_overlapping(header, workspace, world, num_pairs, num_found, marks):
 
 
 @kernel
-def _find_contacts_at_end(address, workspace_address, world, num_pairs):
-    """Fill ``recent`` with the contacts of these pairs at the end of the step; return how many, and whether none of
-    them overlaps by more than counts.
+def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
+    """Fill ``recent`` with the contacts of these pairs at the end of the step, up to ``near`` of the size apart.
+
+    Returns how many they are, and whether none of them overlaps by more than counts.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -211,7 +215,7 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         size = min(bodies[a].size, bodies[b].size)
-        query.margin = SLACK * size
+        query.margin = near * size
         start = count
         count = collide_bodies(header, workspace.query, bodies, ends, a, b, count)
         for index in range(start, min(count, found.shape[0])):
@@ -274,7 +278,7 @@ def _sweep_apart(header, workspace, world, num_found, marks):
                 shift(bodies[index], ends[index], moved, turned)
                 marks[index] = 1
                 way = vec3.norm(moved) + bodies[index].radius * vec3.norm(turned)
-                far = far or way > 0.5 * SLACK * bodies[index].size
+                far = far or way > 0.5 * NEAR * bodies[index].size
     return far
 
 
