@@ -1,11 +1,14 @@
 """Every shape dropped at random on rough ground: nobody falls through, nobody gains energy, everybody comes to rest."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from avalanche_gym import physics
 from avalanche_gym.physics.shapes import terrain
 from avalanche_gym.physics.shapes.planet import bumpy_planet
+from avalanche_gym.physics.shapes.rabbit import rabbit
 
 POINTS = np.random.default_rng(11).normal(size=(14, 3))
 SHAPES = {
@@ -21,8 +24,11 @@ SHAPES = {
             (physics.Sphere(0.08), (-0.2, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
         ]
     ),
+    "rabbit": rabbit(0.5, triangles=600),
 }
+CONVEX = [name for name in SHAPES if name != "rabbit"]
 GRAVITY = 9.81
+DROPS = {"rabbit": 20}
 
 
 def random_rotation(rng):
@@ -65,6 +71,9 @@ def depth_in_field(heights, size, position):
 
 
 RESTS = 1e-6  # [m/s]
+# No law stops a body that spins about the vertical on one point, if there is rolling friction only: a capsule on a
+# ridge, seen once in a hundred. The others come to rest with rolling friction alone.
+SPINS_ON = ("capsule", "planet")
 
 
 def run(name, drops, seconds, ground, settles=False):
@@ -96,8 +105,7 @@ def run(name, drops, seconds, ground, settles=False):
         def depth(position):
             return depth_in_field(heights, (16.0, 16.0), position)
 
-    # Rolling friction does not brake a capsule that spins about the one point of a ridge on which it lies.
-    torsional_friction = 0.005 if settles and name == "capsule" else 0.0
+    torsional_friction = 0.005 if (name, ground) == SPINS_ON else 0.0
     world, handle = dropped(scene, SHAPES[name], place, rng, drops, torsional_friction)
     before = world.kinetic_energy() + world.potential_energy()
     rest = False
@@ -149,13 +157,14 @@ def test_a_few_rides_on_a_carpet(name):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("ground", ["field", "planet"])
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize(
+    ("name", "ground"), [*itertools.product(SHAPES, ["field"]), *itertools.product(CONVEX, ["planet"])]
+)
 def test_hundred_drops_come_to_rest_within_a_minute(name, ground):
-    run(name, 100, 60.0, ground, settles=True)
+    run(name, DROPS.get(name, 100), 60.0, ground, settles=True)
 
 
 @pytest.mark.verify
 @pytest.mark.parametrize("name", SHAPES)
 def test_hundred_rides_on_a_carpet(name):
-    ride(name, 100, 5.0)
+    ride(name, DROPS.get(name, 100), 5.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from avalanche_gym import physics
+from avalanche_gym.physics.shapes.planet import bumpy_planet
 from tests.oracles import terrain_oracle as oracle
 
 GRAVITY, RATE = 9.81, 240
@@ -39,32 +40,49 @@ GROUNDS = {
     "mesh": [(physics.TriangleMesh(*FLOOR), (0.0, 0.0, 0.0))],
     "two meshes": [(physics.TriangleMesh(*FLOOR), (x, 0.0, 0.0)) for x in (-6.0, 6.0)],
     "boxes": [(physics.Box((0.7, 4.0, 0.5)), (1.4 * k, 0.0, -0.5)) for k in range(-4, 5)],
+    "planet": [(bumpy_planet(3.0, np.random.default_rng(5), amplitude=0.02), (0.0, 0.0, 0.0))],
 }
 MATERIAL = physics.Material(friction=0.8, rolling_friction=0.02, torsional_friction=0.02)
 
 
+def turned(q, direction):
+    """(4,) the quaternion of the turn q, followed by one of z to a unit direction."""
+    half = np.array([1.0 + direction[2], -direction[1], direction[0], 0.0])
+    a, b = half / np.linalg.norm(half), q
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
+
+
 def places(ground):
-    """Position of twelve bodies that do not touch one another."""
+    """Position and upward direction of twelve bodies that do not touch one another."""
     for k in range(12):
-        x, y = -4.0 + 1.6 * (k % 6), 1.3 * (k // 6) - 0.6
-        rise = 0.002 * x * x if ground in ("slope of facets", "smooth") else 0.0
-        yield np.array([x, y, rise + 0.11])
+        if ground == "planet":
+            around = 2.399963 * k  # [rad] the golden angle: points of a spiral on the sphere
+            z = 0.92 - k / 6.5
+            up = np.array([np.sqrt(1.0 - z * z) * np.cos(around), np.sqrt(1.0 - z * z) * np.sin(around), z])
+            yield 3.2 * up, up
+        else:
+            x, y = -4.0 + 1.6 * (k % 6), 1.3 * (k // 6) - 0.6
+            rise = 0.002 * x * x if ground in ("slope of facets", "smooth") else 0.0
+            yield np.array([x, y, rise + 0.11]), np.array([0.0, 0.0, 1.0])
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
 def test_it_lies_still_and_its_contacts_bear_its_weight(ground):
     scene = physics.Scene()
-    scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
+    if ground == "planet":
+        scene.add_field(physics.PointGravity((0.0, 0.0, 0.0), mu=9.0 * GRAVITY))
+    else:
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
     for shape, position in GROUNDS[ground]:
         scene.add_body(shape, motion="static", position=position, material=MATERIAL)
     handles = []
-    for position, name, center in zip(
+    for (position, up), name, center in zip(
         places(ground), 2 * list(SHAPES), 6 * [None] + 6 * [(0.01, 0.005, -0.01)], strict=True
     ):
         shape, turn = SHAPES[name]
         handles.append(
             scene.add_body(
-                shape, mass=2.0, position=position, orientation=turn, center_of_mass=center,
+                shape, mass=2.0, position=position, orientation=turned(turn, up), center_of_mass=center,
                 material=MATERIAL, name=f"{name} {len(handles)}",
             )
         )  # fmt: skip
@@ -82,4 +100,6 @@ def test_it_lies_still_and_its_contacts_bear_its_weight(ground):
     contacts = world.contacts()
     for handle in handles:
         impulse = contacts["impulse"][contacts["body_b"] == handle].sum(axis=0)
-        assert np.linalg.norm(impulse) == pytest.approx(2.0 * GRAVITY / RATE, rel=1e-6)
+        distance = np.linalg.norm(world.position[0, handle])
+        weight = 2.0 * GRAVITY * (9.0 / distance**2 if ground == "planet" else 1.0) / RATE
+        assert np.linalg.norm(impulse) == pytest.approx(weight, rel=0.02 if ground == "planet" else 1e-6)
