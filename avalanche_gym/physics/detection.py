@@ -10,7 +10,7 @@ from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .broad_phase.candidates import meeting_pairs, update_candidates
 from .contacts.materials import mix_materials
-from .contacts.prediction import DRIFT, SLACK
+from .contacts.prediction import DRIFT, SLACK, turn_between
 from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import fly
 from .jit import call_stage, kernel, stage
@@ -31,7 +31,7 @@ from .memory import (
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
-from .narrow_phase.pair_query import query_at
+from .narrow_phase.pair_query import move_anyhow, move_by, query_at
 
 # Motion within a step below this fraction of the smaller body turns no contact by more than that.
 STILL = 1e-7
@@ -163,7 +163,7 @@ def find_contacts(address, workspace_address, world, num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        query.motion = _approach(span, bodies, states, flown, a, b) + rise
+        _foresee(query, span, bodies, states, flown, a, b, rise)
         query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
         count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
@@ -220,7 +220,7 @@ def follow_contacts(address, workspace_address, world, first, last):
             moved = _motion(states[a], predicted[a], states[b], predicted[b], contact)
             if moved > STILL * contact.size:
                 query.margin = SLACK * contact.size
-                query.motion = moved
+                move_anyhow(query, moved)
                 i = pair // num_colliders
                 j = pair - i * num_colliders
                 count = collide_pair(header, workspace.query, predicted, a, i, b, j, np.int64(0))
@@ -285,17 +285,40 @@ def _motion(start_a, end_a, start_b, end_b, contact):
 
 
 @kernel
-def _approach(span, bodies, states, flown, a, b):
-    """Bound [m] of how much closer two bodies can come within the step."""
-    moved_a = vec3.sub(vec3.load(flown[a].center), vec3.load(states[a].center))
-    moved_b = vec3.sub(vec3.load(flown[b].center), vec3.load(states[b].center))
-    reach = vec3.norm(vec3.sub(moved_b, moved_a))
+def _foresee(query, span, bodies, states, flown, a, b, rise):
+    """Write into the query how body b moves against body a within the step, if nothing touches.
+
+    The turns are taken to first order, theta for R(theta); what that leaves out is theta^2 r / 2 at a distance r.
+    """
+    center_a = vec3.load(states[a].center)
+    center_b = vec3.load(states[b].center)
+    apart = vec3.sub(center_b, center_a)
+    moved = vec3.sub(vec3.load(flown[b].center), center_b)
+    moved = vec3.sub(moved, vec3.sub(vec3.load(flown[a].center), center_a))
+    motion = vec3.norm(moved) + rise
+    loose = rise
     # A surface without end (a plane, a planet) turns under the other body: the arc where that body is counts.
-    apart = vec3.norm(vec3.sub(vec3.load(states[b].center), vec3.load(states[a].center)))
+    distance = vec3.norm(apart)
     turn_a = _turn(bodies[a], states[a], flown[a], span)
     turn_b = _turn(bodies[b], states[b], flown[b], span)
+    turn = vec3.ZERO
     if turn_a > 0.0:
-        reach += turn_a * min(bodies[a].radius, apart + bodies[b].radius)
+        reach = min(bodies[a].radius, distance + bodies[b].radius)
+        motion += turn_a * reach
+        loose += 0.5 * turn_a * turn_a * reach
+        own = _rotation(states[a], flown[a])
+        turn = vec3.neg(own)
+        moved = vec3.sub(moved, vec3.cross(own, apart))
     if turn_b > 0.0:
-        reach += turn_b * min(bodies[b].radius, apart + bodies[a].radius)
-    return reach
+        reach = min(bodies[b].radius, distance + bodies[a].radius)
+        motion += turn_b * reach
+        loose += 0.5 * turn_b * turn_b * reach
+        turn = vec3.add(turn, _rotation(states[b], flown[b]))
+    move_by(query, center_b, moved, turn, loose, motion)
+
+
+@kernel
+def _rotation(start, end):
+    """Twice the vector part of the rotation from ``start`` to ``end``: [rad] to second order."""
+    q = turn_between(start, end)
+    return vec3.scale(math.copysign(2.0, q[0]), (q[1], q[2], q[3]))

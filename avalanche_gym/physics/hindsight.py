@@ -25,7 +25,7 @@ from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
 from .model import BODY_STATE, CAPSULE, CONTACT, CONTACTS_FULL, CYLINDER, DYNAMIC, OK, PAIRS_FULL
 from .narrow_phase.collide import collide_bodies
-from .narrow_phase.pair_query import query_at
+from .narrow_phase.pair_query import move_anyhow, query_at
 from .response.bodies import shift
 from .response.pile import place_node, stand_still
 from .solver.pile import gap_after, part, prepare_response
@@ -208,7 +208,7 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
     query.capacity = workspace.recent_size
     query.scratch = workspace.clipping
     query.scratch_rows = workspace.clipping_size // 8
-    query.motion = 0.0
+    move_anyhow(query, 0.0)
     count = np.int64(0)
     enough = True
     for pair in range(num_pairs):

@@ -7,6 +7,7 @@ import numpy as np
 from avalanche_gym.physics.model import CONTACT
 from avalanche_gym.physics.narrow_phase.mesh_height_field import collide_mesh_height_field
 from avalanche_gym.physics.narrow_phase.mesh_mesh import collide_meshes
+from avalanche_gym.physics.narrow_phase.path import STILL
 from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
 from tests.oracles.terrain_oracle import floats
 
@@ -98,25 +99,27 @@ def _place(place):
     return floats(place[0]), floats(np.asarray(place[1]).ravel())
 
 
-def meshes_contacts(first, place_a, second, place_b, margin, motion=None):
+def meshes_contacts(first, place_a, second, place_b, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of two TriangleMesh, normals from the first to the second."""
     rows, vertices, faces, nodes = pools(first, second)
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     motion = margin if motion is None else motion
+    loose = motion if loose is None else loose
     count = collide_meshes(
         *_place(place_a), rows[0], *_place(place_b), rows[1], vertices, faces, nodes, float(margin), float(motion),
-        contacts, 0, scratch,
+        path, float(loose), contacts, 0, scratch,
     )  # fmt: skip
     return contacts[:count]
 
 
-def field_mesh_contacts(field, mesh, place, margin, motion=None):
+def field_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of ``terrain_oracle.height_field(...)`` with a TriangleMesh, normals to the mesh."""
     rows, vertices, faces, nodes = pools(mesh)
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     motion = margin if motion is None else motion
+    loose = motion if loose is None else loose
     count = collide_mesh_height_field(
         *_place(IDENTITY), field[0][0], field[1], *_place(place), rows[0], vertices, faces, nodes, float(margin),
-        float(motion), contacts, 0, scratch,
+        float(motion), path, float(loose), contacts, 0, scratch,
     )  # fmt: skip
     return contacts[:count]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from avalanche_gym.physics.narrow_phase.mesh_pieces import NEAR_MARGIN
 from avalanche_gym.physics.shapes import TriangleMesh
 from avalanche_gym.physics.shapes.icosphere import icosphere
 from avalanche_gym.physics.shapes.planet import bumpy_planet
@@ -123,6 +124,30 @@ def test_what_is_near_is_listed_without_what_is_far():
     place = (np.array([0.0, 0.0, -(0.1 * vertices[:, 2]).min() + 1e-4]), np.eye(3))
     all_near = oracle.field_mesh_contacts(field, ball, place, 5e-3)
     near = oracle.field_mesh_contacts(field, ball, place, 5e-3, motion=1e-4)
-    assert near["gap"].max() <= 2e-4 + 0.05 * 5e-3 < all_near["gap"].max()
+    assert near["gap"].max() <= 2e-4 + NEAR_MARGIN * 5e-3 < all_near["gap"].max()
     far = (place[0] + (0.0, 0.0, 3e-3), place[1])
     assert len(oracle.field_mesh_contacts(field, ball, far, 5e-3, motion=1e-4)) > 0
+
+
+@pytest.mark.parametrize("ground", ["field", "mesh"])
+def test_what_strikes_in_the_step_is_among_the_contacts(ground):
+    """Of a ball of many vertices that turns, the one that will be the lowest counts, not those that are near now."""
+    vertices, faces = icosphere(4)
+    ball = TriangleMesh(0.1 * vertices * (1.0, 1.0, 1.2), faces)
+    turn = -0.3
+    axis = Rotation.from_rotvec((0.0, 0.4, 0.0)).as_matrix()
+    points = ball.vertices @ axis.T
+    place = (np.array([0.0, 0.0, 1e-4 - points[:, 2].min()]), axis)
+    path = ((0.0, 0.0, place[0][2]), (0.0, 0.0, 0.0), (0.0, turn, 0.0))
+    end = points[:, 2] + place[0][2] + np.cross(path[2], points)[:, 2]
+    assert end.min() < -1e-3
+    if ground == "field":
+        field = terrain_oracle.height_field(np.zeros((3, 3)), (2.0, 2.0))
+        contacts = oracle.field_mesh_contacts(field, ball, place, 0.05, motion=0.04, path=path, loose=0.0)
+    else:
+        sheet = TriangleMesh(*terrain_oracle.grid_mesh(np.zeros((3, 3)), (2.0, 2.0)))
+        contacts = oracle.meshes_contacts(sheet, oracle.IDENTITY, ball, place, 0.05, motion=0.04, path=path, loose=0.0)
+    foot = contacts["position"] + 0.5 * contacts["gap"][:, None] * contacts["normal"] - place[0]
+    assert len(contacts) == 12
+    reached = contacts["gap"] + np.cross(path[2], foot)[:, 2]
+    assert reached.min() == pytest.approx(end.min(), abs=1e-12)

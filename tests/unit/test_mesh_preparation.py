@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
-from avalanche_gym.physics.shapes.static_tree import build_static_tree, faces_in_box
+from avalanche_gym.physics.shapes.static_tree import build_static_tree, is_clear
 from tests.oracles import terrain_oracle as oracle
 
 
@@ -139,8 +139,12 @@ def test_tree_finds_the_faces_of_a_box():
             low = rng.uniform(-1.0, 1.0, 3)
             high = low + rng.uniform(0.0, 0.5, 3)
             inside = set(np.flatnonzero((lower <= high).all(axis=1) & (upper >= low).all(axis=1)))
-            table, found, node = np.zeros((4, 8)), set(), 0
+            found, node = set(), 0
             while node < len(nodes):
-                count, node = faces_in_box(nodes, node, tuple(low), tuple(high), table, 0, 4)
-                found |= {int(order[int(face)]) for face in table.ravel()[:count]}
+                here = nodes[node]
+                if is_clear(here, tuple(low), tuple(high)):
+                    node = int(here["skip"])
+                    continue
+                found |= set(order[here["first"] : here["first"] + here["count"]].tolist())
+                node += 1
             assert inside <= found

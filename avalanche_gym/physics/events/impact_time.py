@@ -28,7 +28,7 @@ from ..maths import quat, vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
 from ..model import BODY_STATE, CONTACT, DYNAMIC, PLACE_BITS, SLIDING
 from ..narrow_phase.collide import collide_pair
-from ..narrow_phase.pair_query import query_at
+from ..narrow_phase.pair_query import move_by, query_at
 
 # Bodies have met when their gap is below this fraction of the smaller one; what is below TOUCHING and neither comes
 # nor goes rests.
@@ -178,7 +178,15 @@ def _search(address, workspace_address, world, contacts, first, count):
         acceleration = vec3.scale(1.0 / span, gain)
         speed = vec3.norm(relative) + turning + vec3.norm(gain)
         query.margin = speed * left + TOUCHING * size
-        query.motion = query.margin
+        omega_a = vec3.scale(left, vec3.load(states[a].angular_velocity))
+        omega_b = vec3.scale(left, vec3.load(states[b].angular_velocity))
+        place_b = vec3.load(states[b].center)
+        arm = vec3.sub(place_b, vec3.load(states[a].center))
+        shift = vec3.sub(vec3.scale(left, relative), vec3.cross(omega_a, arm))
+        # What the turns are beyond first order, as in detection.py, and what the fields add.
+        loose = query.margin - left * (vec3.norm(relative) + turning)
+        loose += 0.5 * left * turning * max(spin_a, spin_b) * left
+        move_by(query, place_b, shift, vec3.sub(omega_b, omega_a), loose, query.margin)
         number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
         if header.cross_seams != 0:
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)

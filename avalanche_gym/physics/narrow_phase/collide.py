@@ -144,6 +144,7 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
     colliders = colliders_of(header)
     start = count
     swapped = colliders[i].shape > colliders[j].shape
+    query.sense = -1.0 if swapped else 1.0
     if swapped:
         count = _ask(header, query, query_address, colliders[j], states[b], colliders[i], states[a], count)
     else:

@@ -233,8 +233,12 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
 @kernel
 def highest_below(grid, heights, rows, columns, scratch):
     """The highest sample [m] of the cells under the shape's bounds; minus infinity if it lies beside the field."""
-    lower = get(scratch, BOUNDS_ROW, 0)
-    upper = get(scratch, BOUNDS_ROW, 3)
+    return highest_between(grid, heights, rows, columns, get(scratch, BOUNDS_ROW, 0), get(scratch, BOUNDS_ROW, 3))
+
+
+@kernel
+def highest_between(grid, heights, rows, columns, lower, upper):
+    """The highest sample [m] of the cells under bounds; minus infinity if these lie beside the field."""
     if lower[0] > -grid[0] or lower[1] > -grid[1] or upper[0] < grid[0] or upper[1] < grid[1]:
         return -math.inf
     first = cell_index(lower[0] - grid[0], grid[4], columns - 1)

@@ -6,10 +6,13 @@ faces here. Numbers of faces lie in the scratch table from FACE_ROW on, eight a 
 
 from __future__ import annotations
 
+import math
+
 from ..jit import kernel
-from ..maths import vec3
-from ..shapes.static_tree import faces_in_box
-from .mesh_surface import corners_of, side_of
+from ..maths import mat3, vec3
+from ..shapes.static_tree import FACES_OF_LEAF, is_clear
+from .mesh_surface import corners_of
+from .path import NEAR_MOTIONS
 from .terrain_features import MOST_SPOKES, put_edge
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -18,15 +21,23 @@ from .terrain_shape import (
     END_FREE_ROW,
     FIRST_FEATURE_ROW,
     FIRST_FREE_ROW,
-    axis_of,
+    axes_of,
+    core_path_of,
     get,
+    girth_of,
     margin_of,
+    middle_of,
     put,
     radius_of,
+    rest_of,
+    scale_of,
 )
+from .triangle import REGION_SLACK
 
 # Eight rows before are for the corners of the shape (mesh.py).
 FACE_ROW = FIRST_FREE_ROW + 8
+# A list with more faces than this has no room for those of another leaf.
+LISTED_FACES = 8 * (END_FREE_ROW - FACE_ROW) - FACES_OF_LEAF
 # Most rows that an edge and a vertex add to the list of features.
 ROWS_OF_CORNER = 3 + 1 + MOST_SPOKES
 
@@ -102,46 +113,160 @@ def _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end):
 
 
 @kernel
-def _meets_bounds(vertices, face, scratch):
-    """Whether the box of a face meets that of the shape."""
-    a, b, c = corners_of(vertices, face)
-    low = vec3.min_(vec3.min_(a, b), c)
-    high = vec3.max_(vec3.max_(a, b), c)
+def core_of(scratch):
+    """The shape as ``list_near`` asks for it; see there."""
     return (
-        low[0] <= scratch[BOUNDS_ROW, 3]
-        and low[1] <= scratch[BOUNDS_ROW, 4]
-        and low[2] <= scratch[BOUNDS_ROW, 5]
-        and high[0] >= scratch[BOUNDS_ROW, 0]
-        and high[1] >= scratch[BOUNDS_ROW, 1]
-        and high[2] >= scratch[BOUNDS_ROW, 2]
+        get(scratch, CENTER_ROW, 0),
+        axes_of(scratch),
+        get(scratch, CENTER_ROW, 3),
+        girth_of(scratch),
+        radius_of(scratch),
+        margin_of(scratch),
+        core_path_of(scratch),
+        rest_of(scratch),
+        get(scratch, BOUNDS_ROW, 0),
+        get(scratch, BOUNDS_ROW, 3),
     )
 
 
 @kernel
-def list_faces(vertices, faces, nodes, node, two_sided, scratch):
-    """List the faces that the shape can touch, from a node of the tree on.
+def _extent(axes, half, girth, n):
+    """How far [m, times the length of n] the core reaches along n."""
+    x = axes[0] * n[0] + axes[3] * n[1] + axes[6] * n[2]
+    y = axes[1] * n[0] + axes[4] * n[1] + axes[7] * n[2]
+    z = axes[2] * n[0] + axes[5] * n[1] + axes[8] * n[2]
+    return min(abs(x) * half[0] + abs(y) * half[1], girth * math.sqrt(x * x + y * y)) + abs(z) * half[2]
+
+
+@kernel
+def _meets_core(node, center, axes, half, girth, reach):
+    """Whether the box of a tree node comes within reach of the core, along the axes of the core and from its third.
+
+    Separating axes of two boxes (Gottschalk et al. 1996, "OBBTree", sec. 5) without those across their edges.
+    """
+    low = vec3.load(node.lower)
+    high = vec3.load(node.upper)
+    r = vec3.sub(vec3.scale(0.5, vec3.add(low, high)), center)
+    extent = vec3.scale(0.5, vec3.sub(high, low))
+    x = abs(vec3.dot((axes[0], axes[3], axes[6]), r))
+    x -= abs(axes[0]) * extent[0] + abs(axes[3]) * extent[1] + abs(axes[6]) * extent[2]
+    if x > half[0] + reach:
+        return False
+    y = abs(vec3.dot((axes[1], axes[4], axes[7]), r))
+    y -= abs(axes[1]) * extent[0] + abs(axes[4]) * extent[1] + abs(axes[7]) * extent[2]
+    if y > half[1] + reach:
+        return False
+    z = abs(vec3.dot((axes[2], axes[5], axes[8]), r))
+    z -= abs(axes[2]) * extent[0] + abs(axes[5]) * extent[1] + abs(axes[8]) * extent[2]
+    if z > half[2] + reach:
+        return False
+    x = max(x, 0.0)
+    y = max(y, 0.0)
+    return x * x + y * y <= (girth + reach) * (girth + reach)
+
+
+@kernel
+def _is_beside(a, b, n, core):
+    """Whether the core stays beyond the edge from a to b of a face with normal n, seen along the face."""
+    center, axes, half, girth, radius, margin, path, rest, _, _ = core
+    m = vec3.cross(vec3.sub(b, a), n)
+    length = vec3.norm(m)
+    far = NEAR_MOTIONS * max(0.0, -vec3.dot(m, path)) + rest * length
+    reach = radius * length + min(margin * length, far)
+    return vec3.dot(m, vec3.sub(center, a)) > _extent(axes, half, girth, m) + reach
+
+
+@kernel
+def leaves_near(nodes, core):
+    """The first leaf of a tree that the shape can touch, and the node behind the last one; both 0 if there is none.
+
+    ``core``: see ``list_near``.
+    """
+    center, axes, half, girth, radius, margin, _, _, lower, upper = core
+    first = 0
+    end = 0
+    node = 0
+    while node < nodes.shape[0]:
+        here = nodes[node]
+        if is_clear(here, lower, upper) or not _meets_core(here, center, axes, half, girth, radius + margin):
+            node = int(here.skip)
+            continue
+        if here.count > 0:
+            first = node if end == 0 else first
+            end = node + 1
+        node += 1
+    return first, end
+
+
+@kernel
+def list_near(vertices, faces, nodes, node, end, two_sided, core, capacity, scratch):
+    """List the faces that a shape can touch, of the nodes from ``node`` to ``end``, until there are over ``capacity``.
+
+    A face counts as far from its plane, and from those through its edges at right angles to it, as the motion of the
+    step can carry the core towards them (path.py): what stays beyond one of them touches neither face nor edges.
+
+    Args:
+        core: center [m], rotation and half extents [m] of the box of the core, in the mesh's frame; how far [m] it
+            reaches from its third axis; radius, margin [m]; how its middle moves [m], and how near [m] counts whatever
+            moves; bounds, lower and upper [m].
 
     Returns:
-        Their number, and the node to go on with; ``nodes.shape[0]`` when all are listed.
+        Their number, and the node to go on with; ``end`` or beyond when all are listed. With capacity 0 it is the node
+        behind the leaf of the first face.
     """
-    center = get(scratch, CENTER_ROW, 0)
-    lower = get(scratch, BOUNDS_ROW, 0)
-    upper = get(scratch, BOUNDS_ROW, 3)
-    reach = radius_of(scratch) + margin_of(scratch)
-    listed, node = faces_in_box(nodes, node, lower, upper, scratch, FACE_ROW, END_FREE_ROW)
-    kept = 0
-    for item in range(listed):
-        index = listed_face(scratch, item)
-        face = faces[index]
-        n = vec3.load(face.normal)
-        height = vec3.dot(n, vec3.sub(center, vec3.load(vertices[face.vertices[0]].position)))
-        extent = reach
-        for axis in range(3):
-            extent += abs(vec3.dot(axis_of(scratch, axis), n)) * scratch[CENTER_ROW, 3 + axis]
-        if side_of(vertices, face, two_sided, center) * height <= extent and _meets_bounds(vertices, face, scratch):
-            scratch[FACE_ROW + (kept >> 3), kept & 7] = index
-            kept += 1
-    return kept, node
+    center, axes, half, girth, radius, margin, path, rest, lower, upper = core
+    count = 0
+    while node < end and count <= capacity:
+        here = nodes[node]
+        if is_clear(here, lower, upper) or not _meets_core(here, center, axes, half, girth, radius + margin):
+            node = int(here.skip)
+            continue
+        for index in range(here.first, here.first + here.count):
+            face = faces[index]
+            n = vec3.load(face.normal)
+            a, b, c = corners_of(vertices, face)
+            height = vec3.dot(n, vec3.sub(center, a))
+            side = -1.0 if two_sided and height < 0.0 else 1.0
+            closing = NEAR_MOTIONS * max(0.0, -side * vec3.dot(n, path)) + rest
+            if side * height > _extent(axes, half, girth, n) + radius + min(margin, closing):
+                continue
+            low = vec3.min_(vec3.min_(a, b), c)
+            high = vec3.max_(vec3.max_(a, b), c)
+            if (
+                low[0] > upper[0]
+                or low[1] > upper[1]
+                or low[2] > upper[2]
+                or high[0] < lower[0]
+                or high[1] < lower[1]
+                or high[2] < lower[2]
+            ):
+                continue
+            if _is_beside(a, b, n, core) or _is_beside(b, c, n, core) or _is_beside(c, a, n, core):
+                continue
+            scratch[FACE_ROW + (count >> 3), count & 7] = index
+            count += 1
+        node += 1
+    return count, node
+
+
+@kernel
+def list_faces(vertices, faces, nodes, node, two_sided, scratch):
+    """``list_near`` for the shape in the scratch table, in the whole tree, as many as fit into the table."""
+    return list_near(vertices, faces, nodes, node, nodes.shape[0], two_sided, core_of(scratch), LISTED_FACES, scratch)
+
+
+@kernel
+def _is_near(middle, axes, half, girth, reach, p, e):
+    """Whether the segment from p to p + e comes within reach of the box of the core and of its third axis."""
+    x = mat3.apply_transposed(axes, vec3.sub(p, middle))
+    y = mat3.apply_transposed(axes, e)
+    for k in range(3):
+        if abs(x[k] + 0.5 * y[k]) > half[k] + reach + 0.5 * abs(y[k]):
+            return False
+    along = -(x[0] * y[0] + x[1] * y[1])
+    square = y[0] * y[0] + y[1] * y[1]
+    t = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    return (x[0] + t * y[0]) ** 2 + (x[1] + t * y[1]) ** 2 <= (girth + reach) * (girth + reach)
 
 
 @kernel
@@ -152,6 +277,13 @@ def list_features(vertices, faces, listed, item, two_sided, scratch):
         End of the list, and the item to go on with; 0 when all are listed.
     """
     center = get(scratch, CENTER_ROW, 0)
+    middle = middle_of(scratch)
+    axes = axes_of(scratch)
+    half = get(scratch, CENTER_ROW, 3)
+    girth = girth_of(scratch)
+    reach = radius_of(scratch) + margin_of(scratch)
+    # With the slack of the regions beside edges and vertices (triangle.py), which the size of the shape covers.
+    reach += REGION_SLACK * scale_of(scratch)
     end = FIRST_FEATURE_ROW
     while item < 3 * listed:
         if end + ROWS_OF_CORNER > END_FEATURE_ROW:
@@ -159,9 +291,12 @@ def list_features(vertices, faces, listed, item, two_sided, scratch):
         index = listed_face(scratch, item // 3)
         k = item % 3
         flags = faces[index].flags
-        if flags >> k & 1:
-            end = _list_edge(vertices, faces, index, k, two_sided, center, scratch, end)
-        if flags >> (3 + k) & 1:
-            end = _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end)
+        if flags >> k & 1 or flags >> (3 + k) & 1:
+            p = vec3.load(vertices[faces[index].vertices[k]].position)
+            e = vec3.sub(vec3.load(vertices[faces[index].vertices[(k + 1) % 3]].position), p)
+            if flags >> k & 1 and _is_near(middle, axes, half, girth, reach, p, e):
+                end = _list_edge(vertices, faces, index, k, two_sided, center, scratch, end)
+            if flags >> (3 + k) & 1 and _is_near(middle, axes, half, girth, reach, p, vec3.ZERO):
+                end = _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end)
         item += 1
     return end, 0

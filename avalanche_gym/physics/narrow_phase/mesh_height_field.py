@@ -8,50 +8,62 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .height_field import corners_against_faces, highest_below
+from .height_field import corners_against_faces, highest_below, highest_between
 from .height_field_grid import cell_index, grid_of, list_features, sample, upward_normal
 from .mesh import tables_of
 from .mesh_pieces import (
-    bounds_of,
     box_of,
     edges_of_leaf,
     faces_of_leaf,
+    falloff_by,
+    far_margin,
     half_diagonal,
     list_vertices,
     near_margin,
+    node_core,
     put_node,
     turn_round,
     vertices_beside_edges,
 )
+from .path import NEAR_MOTIONS, seen_from
 from .smooth_contacts import LINE, bounds_around, collide_ball, collide_curve, number_alike, prepare_scratch
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, patch_of
 from .terrain_candidates import PARTS, emit_candidates
-from .terrain_shape import BOUNDS_ROW, in_frame, margin_of, rank_by_motion
+from .terrain_shape import in_frame, margin_of, put_path, rank_by_motion
 
 # Boxes over more cells than this are not compared with every facet: those of their subtrees are.
 MOST_CELLS = 12
+# ... and over more than this not even with the highest sample.
+MOST_SAMPLES = 1 << 12
 
 
 @kernel
-def _lowest(vertices, faces, node, middle, half, n):
-    """The lowest a node reaches along n, in the mesh's frame [m, times the length of n]: its box; of a leaf its
-    vertices.
-    """
-    reach = vec3.dot(n, middle) - abs(n[0]) * half[0] - abs(n[1]) * half[1] - abs(n[2]) * half[2]
-    if node.count > 0:
-        reach = math.inf
-        for index in range(node.first, node.first + node.count):
-            for k in range(3):
-                reach = min(reach, vec3.dot(n, vec3.load(vertices[faces[index].vertices[k]].position)))
+def _lowest_corner(vertices, faces, node, n):
+    """The lowest that the vertices of a leaf reach along n, in the mesh's frame [m, times the length of n]."""
+    reach = math.inf
+    for index in range(node.first, node.first + node.count):
+        for k in range(3):
+            reach = min(reach, vec3.dot(n, vec3.load(vertices[faces[index].vertices[k]].position)))
     return reach
 
 
 @kernel
-def _meets_facets(vertices, faces, node, origin, axes, highest, grid, heights, rows, columns, margin):
-    """Whether a node is not clear of every facet below or above its bounds, along that facet's normal."""
-    middle, half = box_of(node)
-    lower, upper = bounds_of(middle, half, origin, axes, margin)
+def _is_near(height, n, path, margin, rest):
+    """Whether what is this high [m, times the length of n] above a plane with normal n counts as near to it."""
+    if height <= 0.0:
+        return True
+    beyond = max(0.0, height - NEAR_MOTIONS * max(0.0, -vec3.dot(n, path)))
+    square = vec3.norm_squared(n)
+    return beyond * beyond <= rest * rest * square and height * height <= margin * margin * square
+
+
+@kernel
+def _meets_facets(vertices, faces, node, origin, axes, highest, grid, heights, rows, columns, core):
+    """Whether a node, ``core`` of node_core, is not clear of every facet below or above its bounds, along that facet's
+    normal.
+    """
+    _, _, half, _, _, margin, path, rest, lower, upper = core
     if lower[2] > highest:
         return False
     first_row = cell_index(lower[1] - grid[1], grid[5], rows - 1)
@@ -59,8 +71,14 @@ def _meets_facets(vertices, faces, node, origin, axes, highest, grid, heights, r
     first_column = cell_index(lower[0] - grid[0], grid[4], columns - 1)
     last_column = cell_index(upper[0] - grid[0], grid[4], columns - 1)
     inside = lower[0] > grid[0] and lower[1] > grid[1] and upper[0] < -grid[0] and upper[1] < -grid[1]
-    if not inside or (last_row - first_row + 1) * (last_column - first_column + 1) > MOST_CELLS:
+    if not inside:
         return True
+    cells = (last_row - first_row + 1) * (last_column - first_column + 1)
+    if cells <= MOST_SAMPLES and lower[2] > highest_between(grid, heights, rows, columns, lower, upper):
+        return False
+    if cells > MOST_CELLS:
+        return True
+    middle, _ = box_of(node)
     for row in range(first_row, last_row + 1):
         v_low, v_high = (lower[1] - grid[1]) * grid[5] - row, (upper[1] - grid[1]) * grid[5] - row
         for column in range(first_column, last_column + 1):
@@ -72,8 +90,13 @@ def _meets_facets(vertices, faces, node, origin, axes, highest, grid, heights, r
                     continue
                 n = upward_normal(grid, heights, corner, columns, facet)
                 height = vec3.dot(n, vec3.sub(origin, sample(grid, heights, columns, row, column)))
-                height += _lowest(vertices, faces, node, middle, half, mat3.apply_transposed(axes, n))
-                if height <= 0.0 or height * height <= margin * margin * vec3.norm_squared(n):
+                own = mat3.apply_transposed(axes, n)
+                box = abs(own[0]) * half[0] + abs(own[1]) * half[1] + abs(own[2]) * half[2]
+                if not _is_near(height + vec3.dot(own, middle) - box, n, path, margin, rest):
+                    continue
+                if node.count == 0:
+                    return True
+                if _is_near(height + _lowest_corner(vertices, faces, node, own), n, path, margin, rest):
                     return True
     return False
 
@@ -116,6 +139,8 @@ def collide_mesh_height_field(
     nodes,
     margin,
     motion,
+    path,
+    loose,
     contacts,
     count,
     scratch,
@@ -130,7 +155,7 @@ def collide_mesh_height_field(
         mesh: its MESH_ROW.
         vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
         margin: [m] contacts farther apart are left out.
-        motion: [m] bound of how far the two come closer by themselves.
+        motion, path, loose: as in mesh_mesh.py.
         contacts, count: as in ``manifold.emit``.
         scratch: (264, 8), overwritten.
     """
@@ -141,27 +166,31 @@ def collide_mesh_height_field(
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
-    reach = near_margin(margin, motion)
+    seen = seen_from(path, 1.0, position_a, rotation_a)
+    falloff = falloff_by(margin, motion)
+    rest = near_margin(margin, loose)
     found = np.int64(0)
     while True:
         node = 0
         while node < nodes.shape[0]:
             here = nodes[node]
+            core = node_core(vertices, faces, here, origin, axes, margin, rest, seen)
             if not _meets_facets(
-                vertices, faces, here, origin, axes, field.highest, grid, heights, rows, columns, reach
+                vertices, faces, here, origin, axes, field.highest, grid, heights, rows, columns, core
             ):
                 node = int(here.skip)
                 continue
             if here.count > 0:
-                put_node(here, origin, axes, scale, reach, motion, scratch)
+                put_node(core, seen, scale, falloff, scratch)
                 highest = highest_below(grid, heights, rows, columns, scratch)
                 found = _leaf_on_facets(
                     vertices, faces, nodes, here, origin, axes, grid, heights, rows, columns, highest, scratch, found
                 )
             node += 1
-        if found > 0 or not reach < margin:
+        far = far_margin(margin, motion, loose)
+        if found > 0 or not rest < far:
             break
-        reach = margin
+        rest = far
     first = count
     count = emit_candidates(scratch, found, position_a, rotation_a, contacts, count)
     turn_round(contacts, first, count)
@@ -219,6 +248,8 @@ def collide_mesh_smooth_field(
     pool,
     margin,
     motion,
+    path,
+    loose,
     contacts,
     count,
     scratch,
@@ -232,35 +263,32 @@ def collide_mesh_smooth_field(
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     patch = patch_of(field)
     c = coefficients_of(field, pool)
-    reach = near_margin(margin, motion)
+    seen = seen_from(path, -1.0, position_b, rotation_b)
+    falloff = falloff_by(margin, motion)
+    rest = near_margin(margin, loose)
     found = 0
     while True:
         node = 0
         while node < nodes.shape[0]:
             here = nodes[node]
-            put_node(here, origin, axes, scale, reach, motion, scratch)
-            lowest = scratch[BOUNDS_ROW, 2]
+            core = node_core(vertices, faces, here, origin, axes, margin, rest, seen)
+            _, _, _, _, _, reach, path_here, rest_here, lower, upper = core
             highest = -math.inf
-            if lowest <= field.highest:
-                middle = (
-                    0.5 * (scratch[BOUNDS_ROW, 0] + scratch[BOUNDS_ROW, 3]),
-                    0.5 * (scratch[BOUNDS_ROW, 1] + scratch[BOUNDS_ROW, 4]),
-                    lowest,
-                )
-                around = 0.5 * max(
-                    scratch[BOUNDS_ROW, 3] - scratch[BOUNDS_ROW, 0], scratch[BOUNDS_ROW, 4] - scratch[BOUNDS_ROW, 1]
-                )
-                highest, _ = bounds_around(patch, c, middle, around)
-            if lowest > highest:
+            if lower[2] <= field.highest:
+                middle = (0.5 * (lower[0] + upper[0]), 0.5 * (lower[1] + upper[1]), lower[2])
+                highest, _ = bounds_around(patch, c, middle, 0.5 * max(upper[0] - lower[0], upper[1] - lower[1]))
+            if lower[2] > highest:
                 node = int(here.skip)
                 continue
             if here.count > 0:
                 prepare_scratch(scratch, reach, scale)
-                rank_by_motion(motion, scratch)
+                put_path(seen, path_here, rest_here, scratch)
+                rank_by_motion(falloff, scratch)
                 found = _leaf_on_spline(vertices, faces, here, origin, axes, patch, c, highest, scratch, found)
             node += 1
-        if found > 0 or not reach < margin:
+        far = far_margin(margin, motion, loose)
+        if found > 0 or not rest < far:
             break
-        reach = margin
+        rest = far
     number_alike(scratch, found)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

@@ -1,7 +1,8 @@
 """Two meshes: the leaves of the one (mesh_pieces.py) against the faces of the other, found by its tree.
 
 The larger mesh, or the one that is no solid, takes the part of the terrain. Subtrees of the moving one that meet no
-face of the other are left out as a whole.
+face of the other are left out as a whole. What a node meets its parent meets too, so the search begins at the first
+leaf that its parent met.
 
 A vertex that seems to have come through a face belongs to the nearest point of the surface (mesh.py), and so does the
 crossing of two edges: it counts only where the point of the moving one is inside.
@@ -13,38 +14,24 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from ..shapes.static_tree import is_clear
 from .mesh import corners_against_mesh, tables_of
-from .mesh_features import list_faces, list_features
+from .mesh_features import LISTED_FACES, leaves_near, list_features, list_near
 from .mesh_pieces import (
-    bounds_of,
-    box_of,
     edges_of_leaf,
     faces_of_leaf,
+    falloff_by,
+    far_margin,
     half_diagonal,
     list_vertices,
     near_margin,
+    node_core,
     put_node,
     turn_round,
     vertices_beside_edges,
 )
+from .path import seen_from
 from .terrain_candidates import emit_candidates
-from .terrain_shape import CENTER_ROW, get, in_frame, put
-
-
-@kernel
-def _meets_any(nodes, lower, upper):
-    """Whether a leaf of the terrain's tree meets a box [m]."""
-    node = 0
-    while node < nodes.shape[0]:
-        here = nodes[node]
-        if is_clear(here, lower, upper):
-            node = int(here.skip)
-            continue
-        if here.count > 0:
-            return True
-        node += 1
-    return False
+from .terrain_shape import CENTER_ROW, LEVELS, first_leaf_of, get, in_frame, put, set_first_leaf
 
 
 @kernel
@@ -57,16 +44,18 @@ def _to_inside(faces, node, axes, scale, scratch):
 
 
 @kernel
-def _leaf_on_mesh(mesh_a, node, origin, axes, second, scale, mesh_b, two_sided, scratch, count):
+def _leaf_on_mesh(mesh_a, node, core, origin, axes, second, scale, mesh_b, place, end, two_sided, scratch, count):
     """Contacts of one leaf of a mesh with another mesh; return the new count of candidates.
 
-    ``mesh_a``, ``mesh_b``: (vertices, faces, nodes) of the leaf's mesh and of the terrain.
+    ``mesh_a``, ``mesh_b``: (vertices, faces, nodes) of the leaf's mesh and of the terrain, of which the nodes from
+    ``place`` to ``end`` can be near.
     """
     vertices, faces, nodes = mesh_a
     other_vertices, other_faces, other_nodes = mesh_b
-    place = 0
-    while place < other_nodes.shape[0]:
-        near, place = list_faces(other_vertices, other_faces, other_nodes, place, two_sided, scratch)
+    while place < end:
+        near, place = list_near(
+            other_vertices, other_faces, other_nodes, place, end, two_sided, core, LISTED_FACES, scratch
+        )
         if near == 0:
             continue
         middle = get(scratch, CENTER_ROW, 0)
@@ -81,13 +70,13 @@ def _leaf_on_mesh(mesh_a, node, origin, axes, second, scale, mesh_b, two_sided, 
             )
             feature = 0
             while True:
-                end, feature = list_features(other_vertices, other_faces, near, feature, two_sided, scratch)
-                count = vertices_beside_edges(vertices, axes, listed, end, scratch, count)
+                row, feature = list_features(other_vertices, other_faces, near, feature, two_sided, scratch)
+                count = vertices_beside_edges(vertices, axes, listed, row, scratch, count)
                 if turn == 0:
                     count = edges_of_leaf(
-                        vertices, faces, node, origin, axes, second, mesh_b, two_sided, end, scratch, count
+                        vertices, faces, node, origin, axes, second, mesh_b, two_sided, row, scratch, count
                     )
-                    count = faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, end, scratch, count)
+                    count = faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, row, scratch, count)
                 if feature == 0:
                     break
             turn += 1
@@ -95,6 +84,16 @@ def _leaf_on_mesh(mesh_a, node, origin, axes, second, scale, mesh_b, two_sided, 
                 break
         put(scratch, CENTER_ROW, 0, middle)
     return count
+
+
+@kernel
+def _level(number, node):
+    """How many levels of its tree, which is perfect, lie below a node: its subtree has 2^(level + 1) - 1 nodes."""
+    size = int(node.skip) - number
+    level = 0
+    while (2 << level) <= size:
+        level += 1
+    return level
 
 
 @kernel
@@ -111,34 +110,49 @@ def _collide(
     nodes,
     margin,
     motion,
+    path,
+    loose,
     contacts,
     count,
     scratch,
 ):
     """Append the contacts of mesh a, taken leaf by leaf, with mesh b; normals from a to b."""
     origin, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
+    seen = seen_from(path, 1.0 if second == 1 else -1.0, position_b, rotation_b)
     scale = half_diagonal(mesh_a)
     own = tables_of(mesh_a, vertices, faces, nodes)
     other = tables_of(mesh_b, vertices, faces, nodes)
-    reach = near_margin(margin, motion)
+    two_sided = mesh_b.two_sided == 1
+    falloff = falloff_by(margin, motion)
+    rest = near_margin(margin, loose)
     found = np.int64(0)
     while True:
         node = 0
+        first, end = leaves_near(other[2], node_core(own[0], own[1], own[2][0], origin, axes, margin, rest, seen))
+        if end == 0:
+            node = own[2].shape[0]
         while node < own[2].shape[0]:
             here = own[2][node]
-            middle, half = box_of(here)
-            if not _meets_any(other[2], *bounds_of(middle, half, origin, axes, reach)):
+            core = node_core(own[0], own[1], here, origin, axes, margin, rest, seen)
+            level = _level(node, here)
+            place = first_leaf_of(scratch, level + 1) if level < LEVELS - 1 and node > 0 else first
+            near, place = list_near(other[0], other[1], other[2], place, end, two_sided, core, 0, scratch)
+            if near == 0:
                 node = int(here.skip)
                 continue
+            place -= 1
+            if level < LEVELS:
+                set_first_leaf(scratch, level, place)
             if here.count > 0:
-                put_node(here, origin, axes, scale, reach, motion, scratch)
+                put_node(core, seen, scale, falloff, scratch)
                 found = _leaf_on_mesh(
-                    own, here, origin, axes, second, scale, other, mesh_b.two_sided == 1, scratch, found
+                    own, here, core, origin, axes, second, scale, other, place, end, two_sided, scratch, found
                 )
             node += 1
-        if found > 0 or not reach < margin:
+        far = far_margin(margin, motion, loose)
+        if found > 0 or not rest < far:
             break
-        reach = margin
+        rest = far
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 
@@ -155,6 +169,8 @@ def collide_meshes(
     nodes,
     margin,
     motion,
+    path,
+    loose,
     contacts,
     count,
     scratch,
@@ -167,6 +183,7 @@ def collide_meshes(
         vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
         margin: [m] contacts farther apart are left out.
         motion: [m] bound of how far the two come closer by themselves.
+        path, loose: how b moves against a, and what of the motion [m] that leaves out (path.py).
         contacts, count: as in ``manifold.emit``.
         scratch: (264, 8), overwritten.
     """
@@ -193,6 +210,8 @@ def collide_meshes(
         nodes,
         margin,
         motion,
+        path,
+        loose,
         contacts,
         count,
         scratch,

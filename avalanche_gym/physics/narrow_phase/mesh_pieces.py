@@ -28,6 +28,7 @@ from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
 from .mesh import over_face
 from .mesh_surface import base_of, corners_of
+from .path import NEAR_MOTIONS, displacement
 from .terrain_candidates import (
     CROSSING,
     EDGE_PLACE,
@@ -39,13 +40,16 @@ from .terrain_candidates import (
 )
 from .terrain_features import PARALLEL, TILT, in_edge_cone, in_vertex_cone
 from .terrain_shape import (
+    BOUNDS_ROW,
     CENTER_ROW,
     CORNER_ROW,
     FIRST_FEATURE_ROW,
     get,
     margin_of,
+    put,
     put_core,
     put_corner,
+    put_path,
     rank_by_motion,
     scale_of,
     set_scale,
@@ -54,10 +58,12 @@ from .triangle import REGION_SLACK, in_prism
 
 CORNERS_A_TURN = 8
 
-# What is farther off than this many times the motion within a step, plus this share of the margin, is listed only where
-# nothing is nearer. Larger: more triangles to look at; smaller: a mesh that is struck in the step may dip by that much.
-NEAR_MOTIONS = 2.0
-NEAR_MARGIN = 0.05
+# What is within this share of the margin is listed whatever moves; path.py says how much farther it counts. Larger:
+# more triangles to look at; smaller: a mesh that is struck by another in the step may dip by that much.
+NEAR_MARGIN = 0.25
+# Share of the motion within a step by which impulses spoil what is foreseen of the gaps: contacts that are farther open
+# than that count less. Larger: near contacts give way to far ones that do not close.
+FORESEEN = 0.1
 
 # How far to look for the surface near what seems to have come through a face or edge, in squares of its depth: a little
 # more than that, to find at least the face or edge itself.
@@ -75,9 +81,21 @@ def half_diagonal(mesh):
 
 
 @kernel
-def near_margin(margin, motion):
-    """[m] within which contacts are looked for first."""
-    return min(margin, NEAR_MOTIONS * motion + NEAR_MARGIN * margin)
+def near_margin(margin, loose):
+    """[m] within which contacts are looked for first, beside what the path says."""
+    return min(margin, NEAR_MOTIONS * loose + NEAR_MARGIN * margin)
+
+
+@kernel
+def far_margin(margin, motion, loose):
+    """[m] the same where nothing is that near: another body may come and push."""
+    return min(margin, margin - motion + NEAR_MOTIONS * loose)
+
+
+@kernel
+def falloff_by(margin, motion):
+    """[m] from which on contacts that are open at the end of the step count less (terrain_candidates.py)."""
+    return FORESEEN * motion + NEAR_MARGIN * margin
 
 
 @kernel
@@ -89,31 +107,60 @@ def box_of(node):
 
 
 @kernel
-def bounds_of(middle, half, origin, axes, margin):
-    """Bounds [m], lower and upper, of a box of the mesh's frame in the terrain's, with a margin around."""
-    center = vec3.add(origin, mat3.apply(axes, middle))
-    reach = (
-        abs(axes[0]) * half[0] + abs(axes[1]) * half[1] + abs(axes[2]) * half[2] + margin,
-        abs(axes[3]) * half[0] + abs(axes[4]) * half[1] + abs(axes[5]) * half[2] + margin,
-        abs(axes[6]) * half[0] + abs(axes[7]) * half[1] + abs(axes[8]) * half[2] + margin,
-    )
-    return vec3.sub(center, reach), vec3.add(center, reach)
-
-
-@kernel
-def put_node(node, origin, axes, scale, margin, motion, scratch):
-    """Describe the box of a tree node in the scratch table.
+def node_core(vertices, faces, node, origin, axes, margin, rest, seen):
+    """A node of the moving mesh as ``list_near`` (mesh_features.py) asks for it, the bounds drawn to what it can meet.
 
     Args:
         node: NODE_ROW of the mesh.
         origin, axes: place of the mesh in the terrain's frame.
-        scale: [m] size of the mesh.
-        margin, motion: [m] of the query.
+        margin: [m] of the query.
+        rest: [m] how near counts whatever moves.
+        seen: path of the mesh in the terrain's frame (path.py).
     """
     middle, half = box_of(node)
-    put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
+    center = vec3.add(origin, mat3.apply(axes, middle))
+    path = displacement(seen, center)
+    rest = min(margin, rest + NEAR_MOTIONS * math.sqrt(vec3.norm_squared(seen[1]) * vec3.norm_squared(half)))
+    far = NEAR_MOTIONS * vec3.norm(path)
+    margin = min(margin, far + rest)
+    low = center
+    high = center
+    if node.count > 0:
+        for index in range(node.first, node.first + node.count):
+            face = faces[index]
+            for k in range(3):
+                local = vec3.load(vertices[face.vertices[k]].position)
+                p = vec3.add(origin, mat3.apply(axes, local))
+                low = vec3.min_(low, p)
+                high = vec3.max_(high, p)
+    else:
+        extent = (
+            abs(axes[0]) * half[0] + abs(axes[1]) * half[1] + abs(axes[2]) * half[2],
+            abs(axes[3]) * half[0] + abs(axes[4]) * half[1] + abs(axes[5]) * half[2],
+            abs(axes[6]) * half[0] + abs(axes[7]) * half[1] + abs(axes[8]) * half[2],
+        )
+        low = vec3.sub(center, extent)
+        high = vec3.add(center, extent)
+    # The ball of path.py, and the margin where that is less.
+    ball = 0.5 * far + rest
+    ahead = vec3.scale(0.5 * NEAR_MOTIONS, path)
+    reach = (margin, margin, margin)
+    lower = vec3.max_(vec3.sub(low, reach), vec3.sub(vec3.add(low, ahead), (ball, ball, ball)))
+    upper = vec3.min_(vec3.add(high, reach), vec3.add(vec3.add(high, ahead), (ball, ball, ball)))
+    girth = math.sqrt(half[0] * half[0] + half[1] * half[1])
+    return center, axes, half, girth, 0.0, margin, path, rest, lower, upper
+
+
+@kernel
+def put_node(core, seen, scale, falloff, scratch):
+    """Describe a node, ``core`` of node_core, in the scratch table; ``scale`` [m] is the size of the mesh."""
+    center, axes, half, _, _, margin, path, rest, lower, upper = core
+    put_core(center, axes, half, 0.0, margin, scratch)
+    put(scratch, BOUNDS_ROW, 0, lower)
+    put(scratch, BOUNDS_ROW, 3, upper)
+    put_path(seen, path, rest, scratch)
     set_scale(scale, scratch)
-    rank_by_motion(motion, scratch)
+    rank_by_motion(falloff, scratch)
 
 
 @kernel
@@ -189,9 +236,11 @@ def _cross(scratch, row, p, b, own_length, m1, m2, out):
     start = get(scratch, row, 1)
     e = get(scratch, row, 4)
     length = scratch[row, 7]
+    apart = vec3.sub(vec3.add_scaled(p, 0.5 * own_length, b), vec3.add_scaled(start, 0.5 * length, e))
+    far = 0.5 * (length + own_length) + margin_of(scratch)
     d = vec3.cross(e, b)
     sine_squared = vec3.norm_squared(d)
-    if sine_squared < PARALLEL * PARALLEL:
+    if vec3.norm_squared(apart) > far * far or sine_squared < PARALLEL * PARALLEL:
         return False, start, d, 0.0
     d = vec3.scale(math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0))) / math.sqrt(sine_squared), d)
     r = vec3.sub(p, start)

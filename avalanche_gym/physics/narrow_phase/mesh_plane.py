@@ -6,14 +6,17 @@ Vertices of a flat face, or of a valley, carry nothing that the others do not. T
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .mesh import tables_of
-from .mesh_pieces import near_margin
+from .mesh_pieces import box_of, falloff_by, far_margin, near_margin
+from .path import NEAR_MOTIONS, displacement, seen_from
 from .terrain_candidates import TERRAIN_VERTEX, VERTEX_PLACE, add_candidate, emit_candidates, feature_of
-from .terrain_shape import in_frame, put_core, rank_by_motion
+from .terrain_shape import in_frame, put_core, put_path, rank_by_motion
 
 DOWN = (0.0, 0.0, -1.0)
 
@@ -28,6 +31,15 @@ def _lowest(node, down):
 
 
 @kernel
+def _falls(seen, origin, axes, node):
+    """[m] how much a part of a node may come down within the step by itself."""
+    middle, half = box_of(node)
+    center = vec3.add(origin, mat3.apply(axes, middle))
+    sway = math.sqrt(vec3.norm_squared(seen[1]) * vec3.norm_squared(half))
+    return max(0.0, -displacement(seen, center)[2]) + sway
+
+
+@kernel
 def collide_plane_mesh(
     position_a,
     rotation_a,
@@ -39,27 +51,33 @@ def collide_plane_mesh(
     nodes,
     margin,
     motion,
+    path,
+    loose,
     contacts,
     count,
     scratch,
 ):
     """Append the contacts of a plane (a) with a mesh (b); return the new count.
 
-    Arguments as in mesh.py; ``motion`` [m]: bound of how far the two come closer by themselves.
+    Arguments as in mesh_mesh.py.
     """
     origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     half = vec3.scale(0.5, vec3.sub(vec3.load(mesh.upper), vec3.load(mesh.lower)))
     middle = vec3.scale(0.5, vec3.add(vec3.load(mesh.upper), vec3.load(mesh.lower)))
     put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
-    rank_by_motion(motion, scratch)
+    rank_by_motion(falloff_by(margin, motion), scratch)
+    seen = seen_from(path, 1.0, position_a, rotation_a)
+    # With the normal reversed the motion is too.
+    put_path((vec3.neg(seen[0]), vec3.neg(seen[1])), vec3.ZERO, margin, scratch)
     down = mat3.apply_transposed(axes, DOWN)
-    reach = near_margin(margin, motion)
+    rest = near_margin(margin, loose)
     found = np.int64(0)
     while True:
         node = 0
         while node < nodes.shape[0]:
             here = nodes[node]
+            reach = min(margin, NEAR_MOTIONS * _falls(seen, origin, axes, here) + rest)
             if origin[2] - _lowest(here, down) > reach:
                 node = int(here.skip)
                 continue
@@ -74,7 +92,8 @@ def collide_plane_mesh(
                             position = (place[0], place[1], 0.5 * place[2])
                             found = add_candidate(scratch, found, position, DOWN, place[2], feature)
             node += 1
-        if found > 0 or not reach < margin:
+        far = far_margin(margin, motion, loose)
+        if found > 0 or not rest < far:
             break
-        reach = margin
+        rest = far
     return emit_candidates(scratch, found, position_a, rotation_a, contacts, count)

@@ -11,7 +11,7 @@ from ..maths import mat3, vec3
 from .cylinder import CLEARLY_LOWER, toward_plane
 from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, over_face, tables_of
 from .mesh_features import list_faces, list_features, listed_face
-from .mesh_surface import base_of, push_out, side_of
+from .mesh_surface import is_way_out, push_out, side_of
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
@@ -39,10 +39,10 @@ def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, hal
             continue
         lowest = min(lowest, gap)
         p = vec3.add(center, mat3.apply(axes, local))
-        base = p
         if gap < -REGION_SLACK * scale:
-            base = base_of(vertices, faces, nodes, two_sided, center, p, 16.0 * scale * scale)
-        counts = over_face(vertices, face, n, base)
+            counts = is_way_out(vertices, faces, nodes, face, side, p)
+        else:
+            counts = over_face(vertices, face, n, p)
         if not counts and motion > 0.0 and gap >= 0.0:
             counts = comes_over_face(vertices, faces, face, side, p, motion)
         if counts:

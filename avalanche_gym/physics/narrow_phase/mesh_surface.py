@@ -13,7 +13,7 @@ from ..maths import vec3
 from ..shapes.static_tree import box_distance_squared, leaf_near
 from .terrain_candidates import add_candidate
 from .terrain_shape import CENTER_ROW, axis_of, get, radius_of
-from .triangle import EDGE, VERTEX, closest_point
+from .triangle import EDGE, REGION_SLACK, VERTEX, closest_point
 
 
 @kernel
@@ -88,6 +88,35 @@ def base_of(vertices, faces, nodes, two_sided, center, p, bound):
         return p
     side = side_of(vertices, faces[index], two_sided, center)
     return nearest if is_inside(vertices, faces, faces[index], side, p, nearest, lies_on) else p
+
+
+@kernel
+def _any_nearer(vertices, faces, nodes, p, square):
+    """Whether a face is nearer to p than the square root of ``square`` [m^2]."""
+    node = 0
+    while node < nodes.shape[0]:
+        here = nodes[node]
+        if box_distance_squared(here, p) >= square:
+            node = int(here.skip)
+            continue
+        for index in range(here.first, here.first + here.count):
+            a, b, c = corners_of(vertices, faces[index])
+            nearest, _ = closest_point(p, a, b, c)
+            if vec3.norm_squared(vec3.sub(p, nearest)) < square:
+                return True
+        node += 1
+    return False
+
+
+@kernel
+def is_way_out(vertices, faces, nodes, face, side, p):
+    """Whether p, behind a face, is inside, and this face is as near to it as any."""
+    a, b, c = corners_of(vertices, face)
+    nearest, lies_on = closest_point(p, a, b, c)
+    if not is_inside(vertices, faces, face, side, p, nearest, lies_on):
+        return False
+    square = vec3.norm_squared(vec3.sub(p, nearest))
+    return not _any_nearer(vertices, faces, nodes, p, square * (1.0 - REGION_SLACK))
 
 
 @kernel

@@ -27,6 +27,11 @@ PAIR_QUERY = np.dtype(
         ("size_b", np.float64, 3),
         ("margin", np.float64),  # [m] contacts farther apart are left out
         ("motion", np.float64),  # [m] bound of how far the bodies come closer by themselves
+        ("pivot", np.float64, 3),  # [m] these three: how body b moves against body a by itself (path.py)
+        ("shift", np.float64, 3),  # [m]
+        ("turn", np.float64, 3),  # [rad]
+        ("loose", np.float64),  # [m] what of the motion these do not say
+        ("sense", np.float64),  # 1.0 if shape a is that of body a, else -1.0
         ("world", np.int64),
         ("header", np.int64),  # address
         ("contacts", np.int64),  # address of the list to append to
@@ -41,6 +46,22 @@ PAIR_QUERY = np.dtype(
 @kernel
 def query_at(address):
     return table(address, 1, PAIR_QUERY)[0]
+
+
+@kernel
+def move_by(query, pivot, shift, turn, loose, motion):
+    """Say how body b moves against body a: path.py; ``motion`` [m] bounds all of it."""
+    vec3.store(query.pivot, pivot)
+    vec3.store(query.shift, shift)
+    vec3.store(query.turn, turn)
+    query.loose = loose
+    query.motion = motion
+
+
+@kernel
+def move_anyhow(query, motion):
+    """Say that the bodies move against each other by no more than ``motion`` [m]."""
+    move_by(query, vec3.ZERO, vec3.ZERO, vec3.ZERO, motion, motion)
 
 
 @kernel

@@ -42,6 +42,7 @@ from .mesh_mesh import collide_meshes
 from .mesh_plane import collide_plane_mesh
 from .mesh_solids import collide_cylinder_mesh, collide_hull_mesh
 from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
+from .path import path_of
 from .plane import box_plane, capsule_plane, sphere_plane
 from .smooth_field import collide_box, collide_cylinder, collide_hull, collide_rounded
 from .sphere import sphere_box, sphere_capsule, sphere_sphere
@@ -54,6 +55,12 @@ def opened(query):
     position_a, rotation_a, size_a = first_of(query)
     position_b, rotation_b, size_b = second_of(query)
     return position_a, rotation_a, size_a, position_b, rotation_b, size_b, query.margin, contact_list(query)
+
+
+@kernel
+def motion_of(query):
+    """``motion``, ``path`` and ``loose`` as a mesh asks for them."""
+    return query.motion, path_of(query), query.loose
 
 
 @kernel
@@ -268,9 +275,8 @@ def plane_mesh_stage(address, count):
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, position_b, rotation_b)
-    return collide_plane_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
-    )
+    tables = (rows[query.data_b], vertices, faces, nodes)
+    return collide_plane_mesh(*place, *tables, margin, *motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage
@@ -280,9 +286,8 @@ def height_field_mesh_stage(address, count):
     fields, heights = height_field_pools(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, fields[query.data_a], heights, position_b, rotation_b, rows[query.data_b])
-    return collide_mesh_height_field(
-        *place, vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
-    )
+    tables = (vertices, faces, nodes)
+    return collide_mesh_height_field(*place, *tables, margin, *motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage
@@ -291,7 +296,8 @@ def mesh_mesh_stage(address, count):
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, rows[query.data_a], position_b, rotation_b, rows[query.data_b])
-    return collide_meshes(*place, vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query))
+    tables = (vertices, faces, nodes)
+    return collide_meshes(*place, *tables, margin, *motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage
@@ -302,7 +308,7 @@ def mesh_smooth_stage(address, count):
     fields, heights = height_field_pools(query)
     place = (position_a, rotation_a, rows[query.data_a], vertices, faces, nodes, position_b, rotation_b)
     return collide_mesh_smooth_field(
-        *place, fields[query.data_b], heights, margin, query.motion, contacts, count, scratch_of(query)
+        *place, fields[query.data_b], heights, margin, *motion_of(query), contacts, count, scratch_of(query)
     )
 
 

@@ -26,7 +26,7 @@ from ..jit import kernel
 from ..maths import vec3
 from .smooth_surface import height, jet, locate, normal_of, signed_distance
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, feature_of
-from .terrain_shape import CENTER_ROW, FIRST_FREE_ROW, margin_of, rank_by_motion, set_scale
+from .terrain_shape import CENTER_ROW, FIRST_FREE_ROW, margin_of, rank_by_motion, set_scale, stand_still
 
 # Most points of a lattice of seeds along x and y; 28^2 heights fill the free rows of the scratch table.
 LATTICE = 28
@@ -53,6 +53,7 @@ def prepare_scratch(scratch, margin, scale):
     scratch[CENTER_ROW, 7] = margin
     set_scale(scale, scratch)
     rank_by_motion(margin, scratch)
+    stand_still(margin, scratch)
 
 
 @kernel

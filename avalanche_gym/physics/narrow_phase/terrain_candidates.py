@@ -11,6 +11,10 @@ again the one farthest from all kept ones, where distance counts position, and t
 size (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one
 of each direction.
 
+"Deepest" is as the motion of the step leaves it, if nothing touches (path.py): a corner that strikes in this step must
+be among them. Where that one ends at e < 0 it will be lifted by -e, and what is near to it with it: by less the farther
+off it is, and not at all at the distance of the shape's size. What is open even then counts less.
+
 **Feature ids.** A contact belongs to a point of the moving shape (a corner, the end of a capsule, a sphere), to the
 crossing of two edges, or to a vertex of the terrain. Crossings and vertices have one number for all their life. A
 point slides from facet to facet, and may touch several: its feature has the number of the point in front of that of
@@ -19,13 +23,16 @@ the facet (model.SLIDING), so that one step knows each facet again, and the next
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
 from .manifold import emit
-from .terrain_shape import SCORE_ROW, falloff_of, put, scale_of
+from .path import displacement
+from .terrain_shape import SCORE_ROW, falloff_of, path_in, put, scale_of
 
 # Rows of the scratch table (terrain_shape.py) that hold candidates.
 CAPACITY = 64
@@ -62,16 +69,23 @@ def reduce_candidates(scratch, count, most):
     """Keep ``most`` candidates, the deepest first; return how many there are."""
     if count == most:
         return count
-    # An open contact that is farther off than the deepest by the falloff (the whole margin, or less) counts half.
+    # A contact that stays open by more than the deepest by the falloff (the whole margin, or less) counts half.
     scale = scale_of(scratch)
     falloff = 1.0 / max(falloff_of(scratch), MERGE_DISTANCE * scale)
+    per_scale = 1.0 / scale
     scale *= NORMAL_WEIGHT
+    seen = path_in(scratch)
+    deepest = math.inf
     for kept in range(most):
         chosen = kept
         best = -1.0
         for i in range(kept, count):
+            out = (scratch[i, 3], scratch[i, 4], scratch[i, 5])
+            way = vec3.dot(out, displacement(seen, (scratch[i, 0], scratch[i, 1], scratch[i, 2])))
+            end = scratch[i, 6] + min(way, 0.0)
             if kept == 0:
-                if scratch[i, 6] < scratch[chosen, 6]:
+                if end < deepest:
+                    deepest = end
                     chosen = i
                 continue
             # Distance from the nearest of those kept; all but the last were looked at before.
@@ -84,7 +98,11 @@ def reduce_candidates(scratch, count, most):
             if kept > 1:
                 nearest = min(nearest, _score(scratch, i))
             _put_score(scratch, i, nearest)
-            rise = max(0.0, scratch[i, 6] - max(0.0, scratch[0, 6])) * falloff
+            beside = 0.0
+            for k in range(3):
+                beside += (scratch[i, k] - scratch[0, k]) ** 2
+            lifted = min(deepest, 0.0) * max(0.0, 1.0 - per_scale * math.sqrt(beside))
+            rise = max(0.0, end - lifted - max(0.0, deepest)) * falloff
             score = nearest / (1.0 + rise * rise)
             if score > best:
                 best = score

@@ -30,7 +30,7 @@ from .terrain_candidates import (
     feature_of,
 )
 from .terrain_features import TILT, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
-from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, in_frame, margin_of, put_core
+from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, in_frame, margin_of, put_core, set_girth
 from .triangle import REGION_SLACK
 
 # Parts of a cylinder against vertices of the terrain: its caps are 0 and 1.
@@ -53,6 +53,7 @@ def put_cylinder(size, position_a, rotation_a, position_b, rotation_b, margin, s
     """Describe a cylinder (radius, half length) in the scratch table; return its place in the terrain's frame."""
     center, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
     put_core(center, axes, (size[0], size[0], size[1]), 0.0, margin, scratch)
+    set_girth(size[0], scratch)
     return center, axes
 
 

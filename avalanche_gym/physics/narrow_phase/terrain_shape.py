@@ -15,7 +15,11 @@ call passes two or three arguments instead of twenty:
                 [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py); how far [m] it
                 can come within the step; 1 for a box
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
-    148 ...     eight corners: position (3) [m], feature number
+    148 ...     eight corners: position (3) [m], feature number; the last three columns hold, row by row, how the shape
+                moves within the step (path.py): displacement [m] of what is at the frame's origin, turn [rad],
+                displacement of the core; then (how near [m] counts whatever moves, how far [m] the core reaches from
+                its third axis, -), the center once more (the first may stand for the side on which a sheet acts), and
+                nine nodes of the terrain's tree (mesh_mesh.py)
     156 ...     what a kind of terrain needs for itself
     256 ...     scores of the candidates while they are reduced
 """
@@ -34,6 +38,8 @@ CENTER_ROW = 144
 AXES_ROW = 145
 BOUNDS_ROW = 147
 CORNER_ROW = 148
+PATH_COLUMN = 5
+LEVELS = 9
 FIRST_FREE_ROW = 156
 END_FREE_ROW = 256
 SCORE_ROW = 256
@@ -131,6 +137,68 @@ def motion_of(scratch):
 
 
 @kernel
+def put_path(seen, core, rest, scratch):
+    """Say how the shape moves (path.py) in the terrain's frame; ``core`` [m] is the displacement of its middle."""
+    put(scratch, CORNER_ROW, PATH_COLUMN, seen[0])
+    put(scratch, CORNER_ROW + 1, PATH_COLUMN, seen[1])
+    put(scratch, CORNER_ROW + 2, PATH_COLUMN, core)
+    scratch[CORNER_ROW + 3, PATH_COLUMN] = rest
+
+
+@kernel
+def stand_still(margin, scratch):
+    """All within ``margin`` [m] counts alike."""
+    put_path((vec3.ZERO, vec3.ZERO), vec3.ZERO, margin, scratch)
+
+
+@kernel
+def path_in(scratch):
+    """``seen`` of path.py"""
+    return get(scratch, CORNER_ROW, PATH_COLUMN), get(scratch, CORNER_ROW + 1, PATH_COLUMN)
+
+
+@kernel
+def set_girth(girth, scratch):
+    """Say how far [m] the core reaches from its third axis, if that is less than the corners of its box."""
+    scratch[CORNER_ROW + 3, PATH_COLUMN + 1] = girth
+
+
+@kernel
+def middle_of(scratch):
+    """[m] of the core, whatever the center stands for."""
+    return get(scratch, CORNER_ROW + 4, PATH_COLUMN)
+
+
+@kernel
+def set_first_leaf(scratch, level, node):
+    """Note the first leaf of the terrain's tree near the last node of this level of the other tree."""
+    scratch[CORNER_ROW + 5 + level // 3, PATH_COLUMN + level % 3] = node
+
+
+@kernel
+def first_leaf_of(scratch, level):
+    return int(scratch[CORNER_ROW + 5 + level // 3, PATH_COLUMN + level % 3])
+
+
+@kernel
+def girth_of(scratch):
+    """[m]"""
+    return scratch[CORNER_ROW + 3, PATH_COLUMN + 1]
+
+
+@kernel
+def core_path_of(scratch):
+    """Displacement [m] of the core."""
+    return get(scratch, CORNER_ROW + 2, PATH_COLUMN)
+
+
+@kernel
+def rest_of(scratch):
+    """[m] how near counts whatever moves."""
+    return scratch[CORNER_ROW + 3, PATH_COLUMN]
+
+
+@kernel
 def reach_squared_of(scratch):
     """[m^2] square of the radius about the center within which contacts can lie."""
     return scratch[AXES_ROW + 1, 2]
@@ -162,7 +230,11 @@ def put_core(center, axes, half, radius, margin, scratch):
     scratch[AXES_ROW + 1, 1] = max(half[0], half[1], half[2]) + radius
     scratch[AXES_ROW + 1, 2] = (math.sqrt(vec3.norm_squared(half)) + radius + margin) ** 2
     scratch[AXES_ROW + 1, 3] = margin
+    scratch[AXES_ROW + 1, 4] = 0.0
     scratch[AXES_ROW + 1, 5] = 0.0
+    stand_still(margin, scratch)
+    put(scratch, CORNER_ROW + 4, PATH_COLUMN, center)
+    set_girth(math.sqrt(half[0] * half[0] + half[1] * half[1]), scratch)
     for k in range(3):
         reach = radius + margin
         for j in range(3):

@@ -9,7 +9,7 @@ from ..maths import quat, vec3
 from ..memory import colliders_of, header_at, states_of
 from ..model import HEIGHT_FIELD, SMOOTH_FIELD
 from ..narrow_phase.collide import place
-from ..narrow_phase.pair_query import contact_list, query_at, store_rotation
+from ..narrow_phase.pair_query import contact_list, move_anyhow, query_at, store_rotation
 
 
 @entry_point
@@ -34,7 +34,7 @@ def overlapping_bodies(
     here = vec3.load(position)
     rotation = quat.to_matrix(quat.load(orientation))
     query.margin = 0.0
-    query.motion = 0.0
+    move_anyhow(query, 0.0)
     for k in range(worlds.shape[0]):
         states = states_of(header, worlds[k])
         query.world = worlds[k]

@@ -42,13 +42,14 @@ def rabbits(count: int) -> Scene:
 
 
 RING, TUBE, PEG = 0.1, 0.03, 0.02  # [m]
+LENGTH = RING - TUBE - PEG  # [m] of the pendulum that the centre of a hung torus is
 
 
 def torus_on_peg() -> Scene:
     """A torus dropped over a horizontal cylinder."""
     scene = _gravity()
     scene.add_body(Cylinder(PEG, 0.15), motion="static", orientation=ALONG_Y, material=ROUGH)
-    start = (0.01, 0.0, PEG - (RING - TUBE) - 0.01)
+    start = (0.01, 0.0, 0.01 - LENGTH)
     scene.add_body(torus(RING, TUBE), mass=1.0, position=start, orientation=ALONG_Y, material=ROUGH)
     return scene
 
@@ -58,7 +59,6 @@ def measure_rest(recording: Recording) -> dict[str, float]:
     return {"speed": float(np.sqrt((moving**2).sum(axis=1).mean()))}
 
 
-LENGTH = RING - TUBE - PEG  # [m] of the pendulum that the centre of a hung torus is
 SWING = 0.1  # [rad]
 
 

@@ -88,33 +88,6 @@ def is_clear(node, lower, upper):
 
 
 @kernel
-def faces_in_box(nodes, node, lower, upper, table, first_row, end_row):
-    """List the faces of leaves that meet a box, eight a row of a float table, from ``node`` on.
-
-    Args:
-        nodes: tree of one mesh.
-        node: where to start; 0, or what the last call returned.
-        lower, upper: [m] the box.
-        table, first_row, end_row: the rows to write to.
-
-    Returns:
-        Number of faces listed, and the node to go on with; ``nodes.shape[0]`` when all are found.
-    """
-    count = 0
-    capacity = 8 * (end_row - first_row) - FACES_OF_LEAF
-    while node < nodes.shape[0] and count <= capacity:
-        here = nodes[node]
-        if is_clear(here, lower, upper):
-            node = int(here.skip)
-            continue
-        for face in range(here.first, here.first + here.count):
-            table[first_row + (count >> 3), count & 7] = face
-            count += 1
-        node += 1
-    return count, node
-
-
-@kernel
 def box_distance_squared(node, p):
     """Squared distance [m^2] of a point from the box of a node."""
     x = max(node.lower[0] - p[0], 0.0, p[0] - node.upper[0])
