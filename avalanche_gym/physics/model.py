@@ -256,7 +256,10 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("moment", np.float64, 3),  # [N m s] on b, of rolling and torsional friction
         ("span", np.float64),  # [s] over which ``impulse`` and ``moment`` acted
         ("blow", np.float64, 3),  # [N s] impulse on b before that, in the same step
-        ("radius_a", np.float64),  # [m] of the rounding of a at the contact: that of a sphere or capsule, else 0
+        (
+            "radius_a",
+            np.float64,
+        ),  # [m] of the rounding of a at the contact: of a sphere, capsule or rolling cylinder, else 0
         ("radius_b", np.float64),
         ("friction", np.float64),
         ("restitution", np.float64),

@@ -52,3 +52,23 @@ def test_octahedron_comes_to_rest_on_a_face():
     world, body = settle(physics.ConvexHull(OCTAHEDRON), 0.3, seconds=6.0, angular_velocity=(0.3, 0.2, 0.0))
     assert world.position[0, body, 2] == pytest.approx(0.2 / np.sqrt(3.0), abs=1e-7)
     assert world.kinetic_energy()[0] < 1e-12
+
+
+@pytest.mark.parametrize("ground", [physics.Plane(), physics.Box((40.0, 2.0, 0.5))])
+@pytest.mark.parametrize("degrees", [5.0, 20.0, 40.0])
+def test_rolls_down_a_slope_by_up_to_a_radian_a_step(degrees, ground):
+    """x = g sin(theta) t^2 / 3 of a solid cylinder; its lowest line is another in every step."""
+    tilt, seconds, rate = np.radians(degrees), 2.0, 60
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((9.81 * np.sin(tilt), 0.0, -9.81 * np.cos(tilt))))
+    grip = physics.Material(friction=1.0)
+    low = 0.0 if isinstance(ground, physics.Plane) else -0.5
+    scene.add_body(ground, motion="static", position=(0.0, 0.0, low), material=grip)
+    lying = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)
+    body = scene.add_body(
+        physics.Cylinder(0.1, 0.2), mass=2.0, position=(0.0, 0.0, 0.1), orientation=lying, material=grip
+    )
+    world = physics.World(scene, options=physics.Options(time_step=1.0 / rate))
+    world.step(round(seconds * rate))
+    assert world.position[0, body, 0] == pytest.approx(9.81 * np.sin(tilt) * seconds**2 / 3.0, rel=1e-9)
+    assert world.position[0, body, 2] == pytest.approx(0.1, abs=1e-9)

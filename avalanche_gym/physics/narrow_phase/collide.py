@@ -30,6 +30,8 @@ from .pair_query import contact_list, query_at, store_rotation
 
 # A normal along a face of a box to this cosine is that of the face.
 FACE_COSINE = 1.0 - 1e-12
+# Cosine between axis and normal up to which a cylinder rolls rather than stands.
+LEANING_COSINE = 0.5
 
 
 @kernel
@@ -41,9 +43,20 @@ def place(collider, state):
 
 
 @kernel
-def _rounding(collider):
-    """Radius [m] by which a shape is thicker than its core: spheres and capsules are rounded points and segments."""
-    return collider.size[0] if collider.shape == SPHERE or collider.shape == CAPSULE else 0.0
+def _rounding(collider, state, normal):
+    """Radius [m] of the ball at the contact, about a core that spin of a round shape does not move.
+
+    Spheres and capsules are rounded points and segments. The normal through a point of a cylinder's side or rim meets
+    the axis at radius / sine, whatever the tilt; one that (nearly) stands does not roll.
+    """
+    if collider.shape == SPHERE or collider.shape == CAPSULE:
+        return collider.size[0]
+    if collider.shape == CYLINDER:
+        _, rotation = place(collider, state)
+        cosine = vec3.dot(mat3.column(rotation, 2), normal)
+        if abs(cosine) < LEANING_COSINE:
+            return collider.size[0] / math.sqrt(1.0 - cosine * cosine)
+    return 0.0
 
 
 @kernel
@@ -154,8 +167,6 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
         contact.pair = i * colliders.shape[0] + j
         contact.body_a = a
         contact.body_b = b
-        contact.radius_a = _rounding(colliders[i])
-        contact.radius_b = _rounding(colliders[j])
         vec3.store(contact.surface_velocity, vec3.ZERO)
         if header.moving_heights == 1:
             point = vec3.load(contact.position)
@@ -164,6 +175,9 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
             vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
         if swapped:
             vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))
+        normal = vec3.load(contact.normal)
+        contact.radius_a = _rounding(colliders[i], states[a], normal)
+        contact.radius_b = _rounding(colliders[j], states[b], normal)
         _set_frame(colliders[i], states[a], colliders[j], states[b], contact)
     return count
 

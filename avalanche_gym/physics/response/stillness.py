@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 
+from ..integrator.momentum import store_momentum
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
@@ -41,14 +42,15 @@ def let_rest(
         handle = island_bodies[index]
         start = starts[handle]
         end = ends[handle]
-        spin = vec3.load(end.angular_velocity)
-        energy = max(vec3.dot(spin, vec3.load(end.angular_momentum)), 0.0)
-        turning = math.sqrt(energy * bodies[handle].inverse_mass)
+        body = bodies[handle]
         unknown = tolerance * loads[handle][0]
+        spin = quat.rotate_inverse(quat.load(end.orientation), vec3.load(end.angular_velocity))
+        energy = vec3.dot(spin, vec3.multiply(vec3.load(body.inertia), spin))
+        turning = math.sqrt(energy * body.inverse_mass)
         if vec3.norm(vec3.load(end.velocity)) <= unknown and turning <= unknown:
             vec3.store(end.velocity, vec3.ZERO)
             vec3.store(end.angular_velocity, vec3.ZERO)
-            vec3.store(end.angular_momentum, vec3.ZERO)
+            store_momentum(end, vec3.ZERO)
             rested = vec3.norm_squared(vec3.load(start.velocity)) == 0.0
             if rested and vec3.norm_squared(vec3.load(start.angular_velocity)) == 0.0:
                 vec3.store(end.center, vec3.load(start.center))
