@@ -9,6 +9,7 @@ import numpy as np
 from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .broad_phase.candidates import meeting_pairs, update_candidates
+from .contacts.coherence import chain_contacts, is_unmoved, recall_contacts
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK, turn_between
 from .contacts.sleeping import drop_sleeping_pairs
@@ -18,6 +19,7 @@ from .maths import vec3
 from .memory import (
     bodies_of,
     colliders_of,
+    contacts_of,
     fields_of,
     grid_of,
     grid_tables_of,
@@ -27,8 +29,9 @@ from .memory import (
     states_of,
     table,
     workspace_at,
+    world_entry,
 )
-from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING
+from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING, WHOLE
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
 from .narrow_phase.pair_query import move_anyhow, move_by, query_at
@@ -157,15 +160,27 @@ def find_contacts(address, workspace_address, world, num_pairs):
     rules = table(header.pair_rules, header.pair_rules_size, PAIR_RULE)
     span = workspace.span
     rise = (workspace.elapsed + span) * workspace.fastest_rate
+    rest = rest_of(header, world)
+    before = contacts_of(header, world)
+    chains = table(workspace.island_starts, workspace.island_starts_size, np.int64)
+    following = table(workspace.order, workspace.order_size, np.int64)
+    coherent = workspace.part == WHOLE and header.moving_heights == 0
+    chained = False
     count = np.int64(0)
     workspace.num_pairs = num_pairs
     for pair in range(num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         start = count
-        _foresee(query, span, bodies, states, flown, a, b, rise)
-        query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
-        count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
+        if coherent and is_unmoved(rest[a], states[a]) and is_unmoved(rest[b], states[b]):
+            if not chained:
+                chain_contacts(bodies, before, world_entry(header.num_contacts, world)[0], chains, following)
+                chained = True
+            count = recall_contacts(bodies, before, chains, following, a, b, contacts, count)
+        else:
+            _foresee(query, span, bodies, states, flown, a, b, rise)
+            query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
+            count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):
             mix_materials(bodies[a], bodies[b], rule, contacts[index])

@@ -301,7 +301,7 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
     for chain in range(chains.shape[0]):
         chains[chain] = -1
     for index in range(num_found):
-        chain = chain_of(bodies, found[index]) % chains.shape[0]
+        chain = chain_of(bodies, found[index].body_a, found[index].body_b) % chains.shape[0]
         following[index] = chains[chain]
         chains[chain] = index
     worst = 0.0
@@ -312,7 +312,7 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
         if looked_at[a] + looked_at[b] == 0 and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
             worst = max(worst, -contact.gap)
             continue
-        same = chains[chain_of(bodies, contact) % chains.shape[0]]
+        same = chains[chain_of(bodies, contact.body_a, contact.body_b) % chains.shape[0]]
         while same >= 0 and (found[same].pair != contact.pair or found[same].feature != contact.feature):
             same = following[same]
         if same >= 0:

@@ -224,6 +224,7 @@ REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly m
         ("asleep", np.int64),  # 0: awake; else one more than the lowest handle of the island it sleeps with
         ("still", np.int64),  # steps in a row in which it has hardly moved
         ("barred", np.int64),  # 1: the user lets it never sleep
+        ("seen", np.float64, 13),  # state in which the last step began (contacts/coherence.py); orientation 0: none
         # Of the first body of an island that is large:
         ("tried", np.int64),  # 1: the exact tier has tried in the last step
         ("pause", np.int64),  # [steps] after its next failure

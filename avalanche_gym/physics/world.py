@@ -246,6 +246,8 @@ class World(Readings):
             )
         self._wake(mask, index)
         parameters.set_heights(self._storage, self._tables.shapes.height_field_rows[index], mask, heights, height_rates)
+        # Ground that stands where it did is another ground now.
+        self._storage.arrays["rest"]["seen"][mask] = 0.0
 
     # --- Sleep --------------------------------------------------------------------------------------------------------
 

@@ -73,3 +73,21 @@ def test_no_step_of_a_pushed_box_gains_energy():
         # Of order 1e-4 J, as the trapezoid leaves it; a push brings up to 0.2 J.
         assert world.report().energy_change.max() < 1e-3
         assert world.report().residual.max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("scene", "steps", "time_step"),
+    [(bouncing_heap, 400, 1 / 100), (push_scene, 200, 0.005), (rolling_crowd, 150, 1 / 60)],
+)
+def test_contacts_of_what_has_not_moved_are_those_that_would_be_found(scene, steps, time_step):
+    worlds = [physics.World(scene(), options=physics.Options(time_step=time_step, sleeping=False)) for _ in range(2)]
+    for step in range(steps):
+        for world in worlds:
+            if step % 100 == 60:
+                world.apply_impulse(2, (0.4, 0.0, 0.1))
+            if 80 < step % 100 < 85:
+                world.apply_force(2, (0.3, 0.2, 0.0))
+            world.step(1)
+        assert np.array_equal(worlds[0].linear_velocity, worlds[1].linear_velocity)
+        assert np.array_equal(worlds[0].contacts(), worlds[1].contacts())
+        worlds[1]._storage.arrays["rest"]["seen"] = 0.0  # asks for every contact

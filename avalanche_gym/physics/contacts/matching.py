@@ -82,10 +82,8 @@ def _inherit(old, new, stage, span):
 
 
 @kernel
-def chain_of(bodies, contact):
-    """Number of the chain of a contact: that of its two bodies, or of the one that lies on whatever ground."""
-    a = contact.body_a
-    b = contact.body_b
+def chain_of(bodies, a, b):
+    """Number of the chain of the contacts of two bodies: of both, or of the one that lies on whatever ground."""
     if bodies[a].motion != DYNAMIC:
         return b
     return a + b if bodies[b].motion == DYNAMIC else a
@@ -140,7 +138,7 @@ def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, 
         old = old_contacts[index]
         if vec3.dot(vec3.load(old.impulse), vec3.load(old.normal)) > 0.0:
             old.island = 0
-            chain = chain_of(bodies, old) % num_chains
+            chain = chain_of(bodies, old.body_a, old.body_b) % num_chains
             following[index] = chains[chain]
             chains[chain] = index
             loaded = True
@@ -153,7 +151,7 @@ def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, 
         last = first + 1
         while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
             last += 1
-        oldest = chains[chain_of(bodies, contacts[first]) % num_chains]
+        oldest = chains[chain_of(bodies, a, b) % num_chains]
         if oldest >= 0:
             _match_pair(old_contacts, oldest, following, contacts, first, last, span)
         first = last

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..contacts.coherence import forget_place, note_place
 from ..contacts.islands import find_islands
 from ..contacts.located import any_lasts, located_last, mark_located
 from ..contacts.matching import match_contacts
@@ -323,8 +324,14 @@ def commit(address, workspace_address, world, count):
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     kept = workspace.kept if workspace.waiting > 0 else workspace.contacts
     contacts = table(kept, workspace.contacts_size, CONTACT)
+    rest = rest_of(header, world)
+    group = table(workspace.group, header.num_bodies, np.int64)
     for index in range(header.num_bodies):
         body = bodies[index]
+        note_place(rest[index], states[index])
+        if workspace.waiting > 0 and group[index] >= header.num_bodies:
+            # Its contacts are those of the last part of the step.
+            forget_place(rest[index])
         if body.motion == DYNAMIC or body.motion == KINEMATIC:
             state = states[index]
             end = ends[index]
