@@ -225,7 +225,7 @@ def _step_exactly(address, workspace_address, world, island, struck):
     if doubtful:
         if struck:
             workspace.waiting += 1
-            return True
+            return SOLVED
         table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
     places = predicted
     if not struck:
