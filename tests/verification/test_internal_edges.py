@@ -110,7 +110,9 @@ def test_ten_triangulations_for_five_seconds(name, friction):
 @pytest.mark.parametrize("name", BODIES)
 def test_seams_between_bodies_are_not_felt(name, rate):
     """Tiles with walls below their rims, and meshes with T-junctions along the seam."""
-    for spin, friction in ((0.0, 0.05), (2.0, 0.0)):
+    # With spin and friction the motion is unique where no more than two points bear the load.
+    unique = ((2.0, 0.5), (5.0, 0.2)) if name in ("sphere", "capsule", "lying cylinder") else ()
+    for spin, friction in ((0.0, 0.05), (2.0, 0.0), *unique):
         expected = path(name, physics.Plane(), friction, 2.0, rate, spin)
         for floor in (tiles(), two_floors(np.random.default_rng(5))):
             actual = path(name, floor, friction, 2.0, rate, spin)

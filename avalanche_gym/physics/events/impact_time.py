@@ -110,6 +110,30 @@ def _binds(contacts, first, count, found, slow):
     return False
 
 
+@kernel
+def _collider_of(contact, body, num_colliders):
+    """The collider of one of the two bodies of a contact."""
+    first = contact.pair // num_colliders
+    return first if contact.body_a == body else contact.pair - first * num_colliders
+
+
+@kernel
+def _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders):
+    """The same where ground is made of several pieces and the contact, or its point, lies on another one of them."""
+    moving = found.body_a if bodies[found.body_a].motion == DYNAMIC else found.body_b
+    own = _collider_of(found, moving, num_colliders)
+    for index in range(count):
+        contact = contacts[index]
+        if contact.located != 0 or (contact.body_a != moving and contact.body_b != moving):
+            continue
+        if contact.pair == found.pair and contact.feature == found.feature:
+            return True
+        if slow and found.feature >= SLIDING and contact.feature >> PLACE_BITS == found.feature >> PLACE_BITS:
+            if _collider_of(contact, moving, num_colliders) == own:
+                return True
+    return False
+
+
 @stage
 def find_impact_time(address, workspace_address, world, count):
     """Set ``impact_time`` of the workspace to the first impact among pairs with a ``located`` contact.
@@ -203,8 +227,12 @@ def _search(address, workspace_address, world, contacts, first, count):
             closing = vec3.sub(_point_velocity(states[a], core_a), _point_velocity(states[b], core_b))
             closing = vec3.dot(normal, closing) - surface
             slow = abs(closing) * header.time_step <= SLOW * size
-            if gap <= RESTING * size and _binds(contacts, first, count, found, slow):
-                continue
+            if gap <= RESTING * size:
+                binds = _binds(contacts, first, count, found, slow)
+                if not binds and header.cross_seams != 0:
+                    binds = _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders)
+                if binds:
+                    continue
             swing_a, whirl_a = _whirl(states[a], core_a)
             swing_b, whirl_b = _whirl(states[b], core_b)
             pressing = whirl_a + whirl_b - vec3.dot(normal, acceleration)
