@@ -27,6 +27,7 @@ from .terrain_shape import (
     girth_of,
     margin_of,
     middle_of,
+    motion_of,
     put,
     radius_of,
     rest_of,
@@ -38,6 +39,8 @@ from .triangle import REGION_SLACK
 FACE_ROW = FIRST_FREE_ROW + 8
 # A list with more faces than this has no room for those of another leaf.
 LISTED_FACES = 8 * (END_FREE_ROW - FACE_ROW) - FACES_OF_LEAF
+# An edge whose line enters the solid at less than this angle [rad] goes on straight.
+BENT = 1e-9
 # Most rows that an edge and a vertex add to the list of features.
 ROWS_OF_CORNER = 3 + 1 + MOST_SPOKES
 
@@ -50,7 +53,10 @@ def listed_face(scratch, item):
 
 @kernel
 def _list_edge(vertices, faces, index, k, two_sided, center, scratch, end):
-    """Append edge k of a face to the list of features; return the new end."""
+    """Append edge k of a face to the list of features; return the new end.
+
+    It goes on where its line enters the solid, which the pseudo-normals of its ends tell.
+    """
     face = faces[index]
     start = vec3.load(vertices[face.vertices[k]].position)
     e = vec3.sub(vec3.load(vertices[face.vertices[(k + 1) % 3]].position), start)
@@ -68,7 +74,13 @@ def _list_edge(vertices, faces, index, k, two_sided, center, scratch, end):
     if two_sided:
         out = vec3.sub(center, start)
         out = vec3.add_scaled(out, -vec3.dot(out, e), e)
-    return put_edge(scratch, end, start, e, length, m1, m2, out, 3 * index + k)
+    following = put_edge(scratch, end, start, e, length, m1, m2, out, 3 * index + k)
+    if not two_sided:
+        if vec3.dot(e, vec3.load(vertices[face.vertices[k]].normal)) > BENT:
+            scratch[end + 1, 6] = motion_of(scratch)
+        if vec3.dot(e, vec3.load(vertices[face.vertices[(k + 1) % 3]].normal)) < -BENT:
+            scratch[end + 1, 7] = motion_of(scratch)
+    return following
 
 
 @kernel

@@ -29,7 +29,7 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_features import TILT, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
+from .terrain_features import TILT, counts_there, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
 from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, in_frame, margin_of, put_core, set_girth
 from .triangle import REGION_SLACK
 
@@ -136,7 +136,7 @@ def _side(scratch, row, radius, half_length, count):
     foot = vec3.add_scaled(start, t, e)
     if (
         abs(u) > (1.0 + REGION_SLACK) * half_length
-        or not _within(t, scratch[row, 7])
+        or not counts_there(scratch, row, t, gap)
         or vec3.dot(vec3.sub(center, foot), d) <= 0.0
     ):
         return count, False

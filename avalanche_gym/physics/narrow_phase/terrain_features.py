@@ -3,7 +3,8 @@
 A kind of terrain (height field, mesh) lists the edges and vertices that stick out near the shape; here they meet the
 shape. The list lies in the scratch table (terrain_shape.py) from FIRST_FEATURE_ROW on:
 
-    edge:    (0, start, direction e, length), (m1, m2, -, -), (out, number, -, -, -, -)
+    edge:    (0, start, direction e, length), (m1, m2, how far it counts before its start, beyond its end),
+             (out, number, -, -, -, -)
     vertex:  (number of spokes, position, out, vertex number), then one row (t, -, -, -, -, -) a spoke
 
 m1 and m2 lead from an edge into its two faces, the spokes t from a vertex along its edges (e is a unit
@@ -61,9 +62,24 @@ def put_edge(scratch, row, start, e, length, m1, m2, out, number):
     scratch[row, 7] = length
     put(scratch, row + 1, 0, m1)
     put(scratch, row + 1, 3, m2)
+    scratch[row + 1, 6] = 0.0
+    scratch[row + 1, 7] = 0.0
     put(scratch, row + 2, 0, out)
     scratch[row + 2, 3] = number
     return row + 3
+
+
+@kernel
+def counts_there(scratch, row, t, gap):
+    """Whether a part at t [m] along the line of an edge, and ``gap`` [m] off it, meets the edge.
+
+    Where an edge ends in a concave bend its line goes on below the surface, and holds what is above as well as the edge
+    itself does: what slides along one edge has to know the next before it gets there.
+    """
+    length = scratch[row, 7]
+    if abs(t - 0.5 * length) <= (0.5 + REGION_SLACK) * length:
+        return True
+    return gap >= 0.0 and -scratch[row + 1, 6] <= t <= length + scratch[row + 1, 7]
 
 
 @kernel

@@ -15,7 +15,6 @@ from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import (
     bodies_of,
-    colliders_of,
     contacts_of,
     header_at,
     height_rates_of,
@@ -28,7 +27,7 @@ from ..memory import (
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DULL, DYNAMIC, KINEMATIC, LAST, MESH, TO_IMPACT, WHOLE
+from ..model import BODY_STATE, CONTACT, DULL, DYNAMIC, KINEMATIC, LAST, TO_IMPACT, WHOLE
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
@@ -176,9 +175,6 @@ def _step_exactly(address, workspace_address, world, island, struck):
     if header.events == 1 and workspace.part != LAST:
         # Where many bodies are about, one alone is soon among others.
         alone = last_body - first_body == 1 and header.step_pile == 0
-        if alone and colliders_of(header)[bodies[members[first_body]].first_collider].shape == MESH:
-            # One that touches already is struck somewhere in every step.
-            alone = not any_lasts(contacts, order, first, last)
         located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)

@@ -62,12 +62,16 @@ def measure_rest(recording: Recording) -> dict[str, float]:
 SWING = 0.1  # [rad]
 
 
-def torus_pendulum(segments: int = 512) -> Scene:
-    """A torus hung on a cylinder, without friction."""
+def torus_pendulum(segments: int = 512, swing: float = SWING) -> Scene:
+    """A torus hung on a cylinder, without friction; released where a side of its hole touches, ``swing`` [rad] off."""
     scene = _gravity()
     smooth = Material(friction=0.0)
     scene.add_body(Cylinder(PEG, 0.15), motion="static", orientation=ALONG_Y, material=smooth)
-    start = (LENGTH * math.sin(SWING), 0.0, -LENGTH * math.cos(SWING))
+    # The hole is a polygon with a corner at the top.
+    side = 2.0 * math.pi / segments
+    reach = (RING - TUBE) * math.cos(0.5 * side) - PEG
+    reach /= math.cos(swing % side - 0.5 * side)
+    start = (reach * math.sin(swing), 0.0, -reach * math.cos(swing))
     shape = torus(RING, TUBE, segments=segments, sides=8)
     scene.add_body(shape, mass=1.0, position=start, orientation=ALONG_Y, material=smooth)
     return scene
