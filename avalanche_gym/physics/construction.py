@@ -52,6 +52,7 @@ class Tables:
     public: dict[str, NDArray[np.float64]]  # (bodies, 3 | 4) the initial public arrays
     materials: list[Material]
     shapes: ShapeTables
+    choices: dict[int, NDArray[Any]]  # by handle, (1 + alternatives,) of BODY: the body with each of its shapes
 
 
 def conjugate(q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -79,20 +80,26 @@ def build_tables(scene: Scene) -> Tables:
     materials: list[Material] = []
     colliders: list[NDArray[Any]] = []
     shapes = ShapeTables()
+    choices: dict[int, NDArray[Any]] = {}
     for handle, body in enumerate(bodies):
         if body is None:
             continue
         if body.material not in materials:
             materials.append(body.material)
-        own, parts = rows_of(body)
-        rows[handle] = own
-        rows["material"][handle] = materials.index(body.material)
-        rows["first_collider"][handle] = len(colliders)
-        for part, (shape, _, _) in zip(parts, body.shape.parts(), strict=True):
-            collider = part.copy()
-            collider["body"] = handle
-            shapes.add(handle, shape, collider)
-            colliders.append(collider)
+        worn = np.zeros(1 + len(body.alternatives), BODY)
+        for number, choice in enumerate((body, *body.alternatives)):
+            own, parts = rows_of(choice)
+            worn[number] = own
+            worn["material"][number] = materials.index(body.material)
+            worn["first_collider"][number] = len(colliders)
+            for part, (shape, _, _) in zip(parts, choice.shape.parts(), strict=True):
+                collider = part.copy()
+                collider["body"] = handle
+                shapes.add(handle, shape, collider)
+                colliders.append(collider)
+        rows[handle] = worn[0]
+        if body.alternatives:
+            choices[handle] = worn
         for name in public:
             public[name][handle] = getattr(body, name)
     arrays = {
@@ -105,7 +112,7 @@ def build_tables(scene: Scene) -> Tables:
         "nearest_functions": np.zeros(NUM_SHAPES, np.int64),
         **shapes.arrays(),
     }
-    return Tables(arrays, public, materials, shapes)
+    return Tables(arrays, public, materials, shapes, choices)
 
 
 def rules_of(scene: Scene, materials: list[Material]) -> NDArray[Any]:

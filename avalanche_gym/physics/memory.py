@@ -288,6 +288,12 @@ def colliders_of(header):
 
 
 @kernel
+def wears(body, collider):
+    """Whether a body has the collider of this number in its world: it is not one of its other alternatives."""
+    return body.first_collider <= collider < body.first_collider + body.num_colliders
+
+
+@kernel
 def fields_of(header):
     return carray(_pointer(header.fields), header.fields_size, FIELD)
 

@@ -14,6 +14,11 @@ from .scene import Body, check_coefficient
 from .shapes.height_spline import pool_of_field
 from .storage import Storage
 
+# What a body has of its shape.
+OF_SHAPE = (
+    *("first_collider", "num_colliders", "radius", "size", "mass", "inverse_mass", "inertia", "inverse_inertia"),
+    *("principal", "origin", "flow"),
+)
 COEFFICIENTS = ("friction", "restitution", "rolling_friction", "torsional_friction")
 
 # Products of inertia below this share of the largest moment are round-off of turning it to the principal axes.
@@ -21,22 +26,37 @@ SAME_AXES = 1e-12
 
 
 def set_parameters(
-    storage: Storage, body: Body | None, index: int, mask: NDArray[np.bool_], values: dict[str, ArrayLike]
+    storage: Storage,
+    choices: NDArray[Any] | None,
+    body: Body | None,
+    index: int,
+    mask: NDArray[np.bool_],
+    values: dict[str, ArrayLike],
 ) -> None:
     """Check all values, then write them into the table of bodies; see World.set_parameters."""
     assert body is not None
     rows = storage.arrays["bodies"]
-    unknown = sorted(set(values) - {"mass", "inertia", *COEFFICIENTS})
+    unknown = sorted(set(values) - {"shape", "mass", "inertia", *COEFFICIENTS})
     if unknown:
-        raise TypeError(f"set_parameters({unknown[0]}=...): allowed are mass, inertia, {', '.join(COEFFICIENTS)}.")
+        allowed = ", ".join(("shape", "mass", "inertia", *COEFFICIENTS))
+        raise TypeError(f"set_parameters({unknown[0]}=...): allowed are {allowed}.")
     chosen = int(mask.sum())
+    changed = rows[mask, index]
+    proportions = storage.arrays["proportions"][mask, index]
+    values = dict(values)
+    if "shape" in values:
+        worn = _rows_with_shape(body, choices, values.pop("shape"), chosen)
+        for name in OF_SHAPE:
+            changed[name] = worn[name]
+        for name in proportions.dtype.names or ():
+            proportions[name] = worn[name]
     checked: dict[str, NDArray[np.float64]] = {}
     for name, value in values.items():
         label = f"Body {body.name!r}: {name}"
         if name in ("mass", "inertia") and body.motion != "dynamic":
             raise ValueError(f"{label} on a {body.motion} body, which has none; leave it out.")
         if name == "inertia":
-            checked[name] = _principal_moments(label, value, chosen, rotation_matrix(rows["principal"][0, index]))
+            checked[name] = _principal_moments(label, value, changed["principal"])
             continue
         checked[name] = _one_each(name, value, chosen)
         for entry in checked[name].tolist():
@@ -44,15 +64,12 @@ def set_parameters(
                 check_mass(label, entry)
             else:
                 check_coefficient(label, name, entry)
-    changed = rows[mask, index]
-    proportions = storage.arrays["proportions"][mask, index]
     if "mass" in checked:
         changed["mass"] = checked["mass"]
         changed["inertia"] = proportions["inertia"] * (checked["mass"] / proportions["mass"])[:, None]
     if "inertia" in checked:
         changed["inertia"] = proportions["inertia"] = checked["inertia"]
         proportions["mass"] = changed["mass"]
-        storage.arrays["proportions"][mask, index] = proportions
     if "mass" in checked or "inertia" in checked:
         changed["inverse_mass"] = 1.0 / changed["mass"]
         changed["inverse_inertia"] = 1.0 / changed["inertia"]
@@ -61,7 +78,26 @@ def set_parameters(
         if name in checked:
             changed[name] = checked[name]
     rows[mask, index] = changed
+    storage.arrays["proportions"][mask, index] = proportions
     storage.note_features()
+
+
+def _rows_with_shape(body: Body, choices: NDArray[Any] | None, value: ArrayLike, chosen: int) -> NDArray[Any]:
+    """(chosen,) of BODY: the body with the shapes of these numbers."""
+    if choices is None:
+        raise ValueError(
+            f"Body {body.name!r}: shape={value!r}, but it has one shape alone; give add_body(alternatives=[...]) those "
+            "that worlds may choose from."
+        )
+    numbers = np.asarray(value)
+    known = numbers.dtype.kind in "iu" and numbers.shape in ((), (chosen,))
+    if not known or (numbers < 0).any() or (numbers >= len(choices)).any():
+        raise ValueError(
+            f"Body {body.name!r}: shape={value!r}; give 0 for its own shape or 1 to {len(choices) - 1} for one of its "
+            f"alternatives, one number or one for each of the {chosen} selected worlds."
+        )
+    rows: NDArray[Any] = choices[np.broadcast_to(numbers, (chosen,))]
+    return rows
 
 
 def _one_each(name: str, value: ArrayLike, chosen: int) -> NDArray[np.float64]:
@@ -73,15 +109,17 @@ def _one_each(name: str, value: ArrayLike, chosen: int) -> NDArray[np.float64]:
         raise ValueError(f"set_parameters({name}) is {value!r}; give {allowed}.") from None
 
 
-def _principal_moments(label: str, value: ArrayLike, chosen: int, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+def _principal_moments(label: str, value: ArrayLike, turns: NDArray[np.float64]) -> NDArray[np.float64]:
     """(chosen, 3) moments about the principal axes, of inertias (3,), (3, 3), (chosen, 3) or (chosen, 3, 3).
 
-    ``rotation`` leads from the body's axes to its principal axes, on which the tables of all worlds rest.
+    ``turns`` (chosen, 4) lead from the body's axes to its principal axes, on which its tables rest.
     """
+    chosen = len(turns)
     given = np.asarray(value, dtype=object)
     each = (given.shape == (chosen, 3) and given.shape != (3, 3)) or given.shape == (chosen, 3, 3)
     moments = np.empty((chosen, 3))
-    for row, entry in zip(moments, given if each else [value] * chosen, strict=True):
+    for row, entry, turn in zip(moments, given if each else [value] * chosen, turns, strict=True):
+        rotation = rotation_matrix(turn)
         tensor = rotation @ check_inertia(label, entry) @ rotation.T
         row[:] = np.diagonal(tensor)
         if np.abs(tensor - np.diag(row)).max() > SAME_AXES * row.max():

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .mass_properties import MassProperties, check_inertia, check_mass
-from .shapes import Shape, TriangleMesh, checks
+from .shapes import HeightField, Plane, Shape, TriangleMesh, checks
 
 MOTIONS = ("dynamic", "kinematic", "static")
 
@@ -99,6 +99,7 @@ class Body:
     angular_velocity: NDArray[np.float64]  # (3,) [rad/s]
     visual: TriangleMesh | None = field(default=None)
     allow_sleep: bool = True
+    alternatives: tuple[Body, ...] = ()  # the same body with each of the other shapes that it may have
 
 
 class Scene:
@@ -152,6 +153,7 @@ class Scene:
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         visual: TriangleMesh | None = None,
         allow_sleep: bool = True,
+        alternatives: Sequence[Shape] = (),
     ) -> int:
         """Add a body and return its handle, the index on axis 1 of every state array.
 
@@ -170,6 +172,8 @@ class Scene:
             angular_velocity: (3,) [rad/s], world frame.
             visual: mesh to draw instead of the collider.
             allow_sleep: ``False`` keeps the body, and what touches it, awake (Options.sleeping).
+            alternatives: other shapes that single worlds may give the body (World.set_parameters); they take the mass
+                or the density given here, and their own centre and inertia.
 
         Raises:
             ValueError, TypeError: the text names the body, what was given, what is allowed and what to do.
@@ -188,6 +192,7 @@ class Scene:
             raise ValueError(f"Body {label!r}: motion={motion!r}; give one of {', '.join(map(repr, MOTIONS))}.")
         if not isinstance(material, Material):
             raise TypeError(f"Body {label!r}: material={material!r}; give a Material(...).")
+        others = _checked_alternatives(label, shape, alternatives, inertia, center_of_mass)
         if visual is not None and not isinstance(visual, TriangleMesh):
             raise TypeError(f"Body {label!r}: visual={visual!r}; give a TriangleMesh, or None to draw the collider.")
         given = {"linear_velocity": linear_velocity, "angular_velocity": angular_velocity}
@@ -207,8 +212,11 @@ class Scene:
             orientation=checks.unit_quaternion(f"Body {label!r}: orientation", orientation),
             visual=visual,
             allow_sleep=bool(allow_sleep),
-            **vectors,
+            linear_velocity=vectors["linear_velocity"],
+            angular_velocity=vectors["angular_velocity"],
         )
+        if others:
+            body = replace(body, alternatives=tuple(_with_shape(body, other, mass, density) for other in others))
         self.bodies[handle : handle + 1] = [body]
         self._handles[label] = handle
         return handle
@@ -234,6 +242,36 @@ class Scene:
                 check_coefficient(f"set_pair({name}", name, value, ")")
         self.pair_rules.pop((b, a), None)
         self.pair_rules[(a, b)] = (friction, restitution)
+
+
+def _checked_alternatives(
+    label: str, shape: Shape, alternatives: Sequence[Shape], inertia: ArrayLike | None, center: ArrayLike | None
+) -> list[Shape]:
+    if isinstance(alternatives, Shape):
+        raise TypeError(f"Body {label!r}: alternatives={alternatives!r} is one shape; give a list of shapes.")
+    others = list(alternatives)
+    for other in others:
+        if not isinstance(other, Shape):
+            raise TypeError(
+                f"Body {label!r}: alternatives holds {other!r}, which is no shape; give Sphere(...) and so on."
+            )
+    for other in (shape, *others) if others else ():
+        if isinstance(other, (HeightField, Plane)):
+            raise ValueError(
+                f"Body {label!r}: a {type(other).__name__} among alternatives; terrain changes by World.set_heights."
+            )
+    for name, value in (("inertia", inertia), ("center_of_mass", center)):
+        if others and value is not None:
+            raise ValueError(f"Body {label!r}: {name} with alternatives, which have each their own; leave it out.")
+    return others
+
+
+def _with_shape(body: Body, shape: Shape, mass: float | None, density: float | None) -> Body:
+    """The same body with another shape, made of the same material."""
+    properties = _mass_of(body.name, shape, body.motion, mass, density, None, None)
+    return replace(
+        body, shape=shape, mass=properties.volume, center_of_mass=properties.center, inertia=properties.inertia
+    )
 
 
 def _mass_of(

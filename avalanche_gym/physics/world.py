@@ -204,15 +204,21 @@ class World(Readings):
         Args:
             body: handle.
             world: as in apply_impulse.
-            values: any of ``mass`` [kg] (the inertia follows in proportion), ``inertia`` (3,) or (3, 3) [kg m^2] with
-                the principal axes that the body was built with, ``friction``, ``restitution``, ``rolling_friction``
-                [m], ``torsional_friction`` [m]; one for all selected worlds or one each. Pairs fixed by
-                ``Scene.set_pair`` keep their values.
+            values: any of ``shape``, the number of one of the alternatives of the body (0: its own), which brings
+                its mass and inertia along (the frame that shapes are given in stays where it is), ``mass`` [kg] (the
+                inertia follows in proportion), ``inertia`` (3,) or (3, 3) [kg m^2] with the principal axes that the
+                shape has, ``friction``, ``restitution``, ``rolling_friction`` [m], ``torsional_friction`` [m]; one for
+                all selected worlds or one each. Pairs fixed by ``Scene.set_pair`` keep their values.
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
         self._wake(mask, index)
-        parameters.set_parameters(self._storage, self.scene.bodies[index], index, mask, values)
+        choices = self._tables.choices.get(index)
+        parameters.set_parameters(self._storage, choices, self.scene.bodies[index], index, mask, values)
+        if "shape" in values:
+            self._storage.arrays["rest"]["seen"][mask, index] = 0.0
+            frames.adopt(self._address, mask, index)
+            self._prober = None
 
     def set_heights(
         self,
@@ -279,6 +285,8 @@ class World(Readings):
         Other handles stay valid; the state arrays may be new objects, one longer, unless a removed slot was free.
         """
         self._single("add_body")
+        if kwargs.get("alternatives"):
+            raise ValueError("World.add_body(alternatives=...): give alternatives to Scene.add_body, before the World.")
         handle = self.scene.add_body(*args, **kwargs)
         self._wake(np.ones(1, np.bool_), -1)
         try:
@@ -313,6 +321,8 @@ class World(Readings):
                 f"{call} in a world of num_worlds={self.num_worlds}; it needs num_worlds=1. Add every body to "
                 "the scene first, and place what is not needed yet far away."
             )
+        if self._tables.choices:
+            raise ValueError(f"{call} in a world with alternatives (Scene.add_body), whose bodies stay; build another.")
 
     def _rebuild(self, scene: Scene, changed: int) -> None:
         """New tables for a scene in which one body is another; all other bodies keep their state and their contacts."""
@@ -342,6 +352,9 @@ class World(Readings):
         for name in arrays["rest"].dtype.names or ():
             if name != "barred":
                 arrays["rest"][name][mask] = 0
+        for index in self._tables.choices:
+            # Where its centre of mass is depends on the shape it now has.
+            frames.adopt(self._address, mask, index)
         parameters.reset_heights(self._storage, mask, self._storage.initial["heights"])
 
     def snapshot(self) -> Snapshot:

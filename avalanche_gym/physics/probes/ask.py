@@ -9,7 +9,7 @@ import numpy as np
 from ..broad_phase.bounds import collider_box
 from ..jit import Stage, call_stage, entry_point, kernel
 from ..maths import mat3, quat, vec3
-from ..memory import colliders_of, header_at, states_of
+from ..memory import bodies_of, colliders_of, header_at, states_of, wears
 from ..model import BOX, CAPSULE, CYLINDER, HEIGHT_FIELD, HULL, MESH, PLANE, SMOOTH_FIELD, SPHERE
 from ..narrow_phase.collide import place
 from . import nearest_primitives, nearest_terrain, ray_height_field, ray_mesh, ray_primitives
@@ -113,6 +113,7 @@ def cast_rays(address, probe_address, functions, worlds, origins, directions, li
     probe = probe_at(probe_address)
     for k in range(worlds.shape[0]):
         world = worlds[k]
+        bodies = bodies_of(header, world)
         states = states_of(header, world)
         _write_boxes(header, colliders, states, boxes)
         probe.header = address
@@ -128,7 +129,8 @@ def cast_rays(address, probe_address, functions, worlds, origins, directions, li
             for index in range(colliders.shape[0]):
                 collider = colliders[index]
                 box = boxes[index]
-                if not wanted[collider.body] or enter_box(box[:3], box[3:], o, inverse, probe.limit) == math.inf:
+                counts = wanted[collider.body] and wears(bodies[collider.body], index)
+                if not counts or enter_box(box[:3], box[3:], o, inverse, probe.limit) == math.inf:
                     continue
                 state = states[collider.body]
                 if _ask(probe, probe_address, functions[collider.shape], collider, state, o, d) == HIT:
@@ -160,6 +162,7 @@ def nearest_points(address, probe_address, functions, worlds, points, limit, wan
     probe = probe_at(probe_address)
     for k in range(worlds.shape[0]):
         world = worlds[k]
+        bodies = bodies_of(header, world)
         states = states_of(header, world)
         _write_boxes(header, colliders, states, boxes)
         probe.header = address
@@ -172,7 +175,8 @@ def nearest_points(address, probe_address, functions, worlds, points, limit, wan
             probe.limit = limit
             for index in range(colliders.shape[0]):
                 collider = colliders[index]
-                if not wanted[collider.body] or _box_distance(boxes[index], p) > max(probe.limit, 0.0):
+                counts = wanted[collider.body] and wears(bodies[collider.body], index)
+                if not counts or _box_distance(boxes[index], p) > max(probe.limit, 0.0):
                     continue
                 state = states[collider.body]
                 if _ask(probe, probe_address, functions[collider.shape], collider, state, p, vec3.ZERO) == HIT:

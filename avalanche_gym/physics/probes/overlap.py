@@ -6,7 +6,7 @@ import math
 
 from ..jit import call_stage, entry_point
 from ..maths import quat, vec3
-from ..memory import colliders_of, header_at, states_of
+from ..memory import bodies_of, colliders_of, header_at, states_of, wears
 from ..model import HEIGHT_FIELD, SMOOTH_FIELD
 from ..narrow_phase.collide import place
 from ..narrow_phase.pair_query import contact_list, move_anyhow, query_at, store_rotation
@@ -36,12 +36,13 @@ def overlapping_bodies(
     query.margin = 0.0
     move_anyhow(query, 0.0)
     for k in range(worlds.shape[0]):
+        bodies = bodies_of(header, worlds[k])
         states = states_of(header, worlds[k])
         query.world = worlds[k]
         for index in range(colliders.shape[0]):
             collider = colliders[index]
             body = collider.body
-            if not wanted[body] or results[k, body]:
+            if not wanted[body] or results[k, body] or not wears(bodies[body], index):
                 continue
             there, turn = place(collider, states[body])
             reach = radius + collider.radius
