@@ -181,6 +181,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
             _foresee(query, span, bodies, states, flown, a, b, rise)
             query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
             count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
+            for index in range(start, min(count, contacts.shape[0])):
+                contacts[index].steady = 0
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
         for index in range(start, min(count, contacts.shape[0])):
             mix_materials(bodies[a], bodies[b], rule, contacts[index])

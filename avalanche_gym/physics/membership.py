@@ -96,6 +96,7 @@ def take_body(storage: Storage, handle: int, body: Body) -> bool:
     arrays["states"][0, handle] = storage.initial["states"][0, handle] = np.zeros((), arrays["states"].dtype)
     arrays["proportions"][0, handle] = np.zeros((), arrays["proportions"].dtype)
     arrays["impulses"][0, handle] = 0.0
+    arrays["rest"]["seen"] = 0.0  # what bore it, or rested on it, stands where it did
     for name in ("position", "orientation", "linear_velocity", "angular_velocity"):
         arrays[name][0, handle] = storage.initial[name][0, handle] = math.nan
     storage.link_tables(("colliders",))

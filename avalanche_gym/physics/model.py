@@ -281,6 +281,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
         ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by
         ("persistent", np.int64),  # 1: it touches and does not approach
+        ("steady", np.int64),  # 1: the step left its island as it was, impulses and places (response/standing.py)
         ("located", np.int64),  # DULL or LIVELY: the instant of its impact changes the outcome; else 0
         ("island", np.int64),
     ],

@@ -215,8 +215,8 @@ class World(Readings):
         self._wake(mask, index)
         choices = self._tables.choices.get(index)
         parameters.set_parameters(self._storage, choices, self.scene.bodies[index], index, mask, values)
+        self._forget_places(mask)
         if "shape" in values:
-            self._storage.arrays["rest"]["seen"][mask, index] = 0.0
             frames.adopt(self._address, mask, index)
             self._prober = None
 
@@ -252,8 +252,7 @@ class World(Readings):
             )
         self._wake(mask, index)
         parameters.set_heights(self._storage, self._tables.shapes.height_field_rows[index], mask, heights, height_rates)
-        # Ground that stands where it did is another ground now.
-        self._storage.arrays["rest"]["seen"][mask] = 0.0
+        self._forget_places(mask)
 
     # --- Sleep --------------------------------------------------------------------------------------------------------
 
@@ -276,6 +275,10 @@ class World(Readings):
     def _wake(self, mask: NDArray[np.bool_], index: int) -> None:
         if self._storage.arrays["num_asleep_contacts"].any() or self.sleeping.any():
             wake(self._address, mask, index)
+
+    def _forget_places(self, mask: NDArray[np.bool_]) -> None:
+        """What stands where it did may have other contacts, or impulses, now."""
+        self._storage.arrays["rest"]["seen"][mask] = 0.0
 
     # --- Bodies that come and go --------------------------------------------------------------------------------------
 

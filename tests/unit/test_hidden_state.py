@@ -91,3 +91,27 @@ def test_contacts_of_what_has_not_moved_are_those_that_would_be_found(scene, ste
         assert np.array_equal(worlds[0].linear_velocity, worlds[1].linear_velocity)
         assert np.array_equal(worlds[0].contacts(), worlds[1].contacts())
         worlds[1]._storage.arrays["rest"]["seen"] = 0.0  # asks for every contact
+
+
+def test_what_stands_feels_new_parameters_and_what_is_taken_away():
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0, 0, -9.81)))
+    scene.add_body(physics.Plane(), motion="static")
+    boxes = [scene.add_body(physics.Box((0.1,) * 3), mass=1.0, position=(0, 0, 0.1 + 0.2 * k)) for k in range(3)]
+    world = physics.World(scene, options=physics.Options(sleeping=False))
+
+    def loads():
+        world.step(20)
+        contacts = world.contacts()
+        under = contacts[contacts["body_a"] == 0]["impulse"][:, 2].sum()
+        return under / world.options.time_step / 9.81
+
+    assert loads() == pytest.approx(3.0, rel=1e-9)
+    world.set_parameters(boxes[1], mass=5.0)
+    assert loads() == pytest.approx(7.0, rel=1e-9)
+    world.remove_body(boxes[2])
+    assert loads() == pytest.approx(6.0, rel=1e-9)
+    world.set_parameters(boxes[0], friction=0.0)
+    world.apply_force(boxes[0], (0.0, 0.0, 9.81))
+    assert loads() == pytest.approx(5.0, rel=1e-9)
+    assert loads() == pytest.approx(6.0, rel=1e-9)  # the force has ended with the call

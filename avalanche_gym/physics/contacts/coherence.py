@@ -79,6 +79,10 @@ def recall_contacts(bodies, old_contacts, chains, following, a, b, contacts, cou
             if count < contacts.shape[0]:
                 contacts[count] = old
                 contact = contacts[count]
+                # Where it ended, if the step changes nothing (response/standing.py).
+                vec3.store(contact.end_position, vec3.load(old.position))
+                vec3.store(contact.end_normal, vec3.load(old.normal))
+                contact.end_gap = old.gap
                 vec3.store(contact.position, vec3.load(old.start_position))
                 vec3.store(contact.normal, vec3.load(old.start_normal))
                 contact.gap = old.start_gap

@@ -37,6 +37,7 @@ from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
 from .pile_stage import GOOD
 from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, predict_places
+from .standing import keep_standing, note_standing, stands_still
 from .stillness import let_rest
 
 # What became of an island in the exact tier.
@@ -141,6 +142,9 @@ def _step_island(address, workspace_address, world, island):
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     order = table(workspace.order, workspace.order_size, np.int64)
     first, last = _range(workspace.island_starts, island)
+    if workspace.part == WHOLE and stands_still(contacts, order, first, last):
+        _stand(address, workspace_address, world, island)
+        return True
     struck = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
     workspace.budget = header.max_iterations
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
@@ -149,6 +153,25 @@ def _step_island(address, workspace_address, world, island):
     if outcome == GAVE_UP:
         call_stage(header.step_pile, address, workspace_address, world, island)
     return outcome != FULL
+
+
+@kernel
+def _stand(address, workspace_address, world, island):
+    """The step of an island that it leaves as it is."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    starts = starts_of(header, workspace)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    first_body, last_body = _range(workspace.body_starts, island)
+    worst = keep_standing(starts, contacts, order, first, last, members, first_body, last_body, ends)
+    table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
+    report = report_of(header, world)
+    report.residual = max(report.residual, rest_of(header, world)[members[first_body]].residual)
+    report.penetration = max(report.penetration, worst)
 
 
 @kernel
@@ -248,6 +271,7 @@ def _step_exactly(address, workspace_address, world, island, struck):
                 return outcome
             end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
     worst = measure_end(places, ends, contacts, order, first, last)
+    projected = False
     if overlaps(contacts, order, first, last):
         rows, nodes, _, index = _solver_memory(workspace)
         prepare_projection(
@@ -260,9 +284,12 @@ def _step_exactly(address, workspace_address, world, island, struck):
             return FULL
         report.iterations += workspace.iterations
         push_apart(bodies, nodes, members, first_body, last_body, ends)
+        projected = True
         worst = measure_end(places, ends, contacts, order, first, last)
     if not struck:
         add_creep(starts, ends, contacts, order, first, last)
+        certified = predictions == 1 and not projected and workspace.part == WHOLE and workspace.iterations == 0
+        note_standing(certified, starts, ends, contacts, order, first, last, members, first_body, last_body)
     # What is still to be located has been left out: where that leads is not what happens.
     if workspace.part != TO_IMPACT or located == 0:
         report.penetration = max(report.penetration, worst)
