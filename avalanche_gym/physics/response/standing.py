@@ -49,7 +49,7 @@ def _is_same(start, end):
 
 @kernel
 def note_standing(certified, starts, ends, contacts, order, first, last, island_bodies, first_body, last_body):
-    """Mark the contacts of an island if its impulses were ``certified`` as they were and all bodies end as they began."""
+    """Mark the contacts of an island: 1 if its impulses were ``certified`` and every body ends as it began."""
     steady = certified
     for index in range(first_body, last_body):
         handle = island_bodies[index]
