@@ -1,0 +1,110 @@
+"""What the size of the terrain costs: a step on fields and meshes of growing size, and loading a large mesh.
+
+    python -m benchmarks.terrain [--sizes 33 129 1025] [--triangles 1000000]
+
+A sphere and a box are pushed about the middle of the terrain, cells of 0.25 m, in four steps of 5 ms a push. The field
+of every size has the same heights there, so that all do the same work; the sizes take turns, and the CPU time is the
+median of their turns. A mesh is prepared in a process of its own, whose peak of memory is that of loading.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import resource
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avalanche_gym import physics
+
+CELL, TURNS, PUSHES, STEPS = 0.25, 15, 60, 4
+
+
+def heights_of(samples: int) -> NDArray[np.float64]:
+    """The same hills whatever the size: a function of the place."""
+    line = CELL * (np.arange(samples) - samples // 2)
+    x, y = np.meshgrid(line, line)
+    heights: NDArray[np.float64] = 0.15 * np.sin(1.3 * x) * np.cos(1.1 * y) + 0.05 * np.sin(3.1 * x + 2.3 * y)
+    return heights
+
+
+def mesh_of(samples: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices and faces of those hills."""
+    heights = heights_of(samples)
+    line = CELL * (np.arange(samples) - samples // 2)
+    x, y = np.meshgrid(line, line)
+    i, j = (index.ravel() for index in np.mgrid[: samples - 1, : samples - 1])
+    a = i * samples + j
+    faces = np.concatenate([np.stack([a, a + 1, a + samples + 1], 1), np.stack([a, a + samples + 1, a + samples], 1)])
+    return np.stack([x, y, heights], axis=2).reshape(-1, 3), faces
+
+
+def world_on(ground: physics.shapes.Shape) -> physics.World:
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    scene.add_body(ground, motion="static")
+    scene.add_body(physics.Sphere(0.15), mass=1.0, position=(0.3, 0.0, 0.6))
+    scene.add_body(physics.Box((0.2, 0.2, 0.2)), mass=2.0, position=(-0.4, 0.3, 0.7))
+    return physics.World(scene, options=physics.Options(time_step=0.005, sleeping=False))
+
+
+def turn(world: physics.World) -> float:
+    """[us] of CPU time of four steps, the same motion every time."""
+    world.reset()
+    world.step(100)
+    pushes = np.random.default_rng(0).normal(size=(PUSHES, 2, 2)) * (0.2, 0.4)
+    start = time.process_time()
+    for x, y in pushes:
+        world.apply_impulse(1, (*x, 0.0))
+        world.apply_impulse(2, (*y, 0.0))
+        world.step(STEPS)
+    return (time.process_time() - start) / PUSHES * 1e6
+
+
+def compare(kind: str, worlds: dict[int, physics.World]) -> None:
+    costs: dict[int, list[float]] = {size: [] for size in worlds}
+    for _ in range(TURNS):
+        for size, world in worlds.items():
+            costs[size].append(turn(world))
+    print(f"{kind}: CPU time of a push and four steps, median (least) [us], and as a ratio to the smallest")
+    smallest = float(np.median(next(iter(costs.values()))))
+    for size, found in costs.items():
+        middle = float(np.median(found))
+        print(f"  {size:5d} x {size:<5d} {middle:8.1f} ({min(found):.1f})   {middle / smallest:5.2f}", flush=True)
+
+
+def load(samples: int) -> tuple[int, float, float, float]:
+    """Triangles; CPU and wall time of preparing them [s]; peak of memory of the process [MB]."""
+    vertices, faces = mesh_of(samples)
+    start, wall = time.process_time(), time.perf_counter()
+    world_on(physics.TriangleMesh(vertices, faces))
+    used = time.process_time() - start
+    return len(faces), used, time.perf_counter() - wall, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sizes", nargs="+", type=int, default=[33, 65, 129, 257, 513, 1025])
+    parser.add_argument("--mesh-sizes", nargs="+", type=int, default=[33, 129, 513])
+    parser.add_argument("--triangles", type=int, default=1_000_000)
+    arguments = parser.parse_args()
+
+    def field(size: int) -> physics.World:
+        extent = CELL * (size - 1)
+        return world_on(physics.HeightField(heights_of(size), (extent, extent)))
+
+    compare("height field", {size: field(size) for size in arguments.sizes})
+    compare("mesh", {size: world_on(physics.TriangleMesh(*mesh_of(size))) for size in arguments.mesh_sizes})
+    if arguments.triangles > 0:
+        samples = round(np.sqrt(arguments.triangles / 2)) + 1
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            triangles, used, wall, memory = pool.apply(load, (samples,))
+        print(
+            f"{triangles} triangles: {used:.1f} s of CPU time, {wall:.1f} s of wall time, {memory:.0f} MB at the peak"
+        )
+
+
+if __name__ == "__main__":
+    main()
