@@ -255,7 +255,7 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("size", np.float64),  # [m] of the smaller body: the scale of its tolerances
         ("impulse", np.float64, 3),  # [N s] on b, world frame
         ("moment", np.float64, 3),  # [N m s] on b, of rolling and torsional friction
-        ("span", np.float64),  # [s] over which ``impulse`` and ``moment`` acted
+        ("span", np.float64),  # [s] over which ``impulse`` and ``moment`` acted; 0: at once
         ("blow", np.float64, 3),  # [N s] impulse on b before that, in the same step
         (
             "radius_a",

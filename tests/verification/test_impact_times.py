@@ -119,10 +119,14 @@ def test_a_cradle_sends_out_as_many_as_came_in(count: int, gap: float, time_step
 
 
 @pytest.mark.parametrize("time_step", [1 / 60, 1 / 240])
-@pytest.mark.parametrize("friction", [0.0, 0.2, 0.5, 3.0])
-def test_an_oblique_blow_between_spheres(friction: float, time_step: float) -> None:
-    """Slip limited by mu times the normal impulse, or what stops the slip: (2/7) m_eff |u_t|."""
-    restitution = 0.9
+@pytest.mark.parametrize("friction", [0.0, 0.05, 0.2, 0.5, 3.0])
+@pytest.mark.parametrize("restitution", [0.0, 0.9])
+@pytest.mark.parametrize("others", [0, 12])
+def test_an_oblique_blow_between_spheres(restitution: float, friction: float, others: int, time_step: float) -> None:
+    """Slip limited by mu times the normal impulse, or what stops the slip: (2/7) m_eff |u_t|.
+
+    However many bodies are elsewhere in the world.
+    """
     radii, masses = np.array([0.1, 0.15]), np.array([1.3, 0.7])
     places = np.array([[-0.6, 0.0, 0.0], [0.0, 0.08, 0.05]])
     velocities = np.array([[3.0, 0.4, -0.2], [-1.0, 0.1, 0.3]])
@@ -134,6 +138,8 @@ def test_an_oblique_blow_between_spheres(friction: float, time_step: float) -> N
             physics.Sphere(radii[body]), mass=masses[body], position=places[body], linear_velocity=velocities[body],
             angular_velocity=spins[body], material=material,
         )  # fmt: skip
+    for number in range(others):
+        scene.add_body(physics.Sphere(0.1), mass=1.0, position=(9.0, 0.0, float(number)))
     world = world_of(scene, time_step)
     world.step(round(0.5 / time_step))
 
@@ -153,6 +159,36 @@ def test_an_oblique_blow_between_spheres(friction: float, time_step: float) -> N
         spin = spins[body] + np.cross(-sign * radii[body] * normal, sign * impulse) / inertia
         np.testing.assert_allclose(world.linear_velocity[0, body], velocity, atol=1e-12)
         np.testing.assert_allclose(world.angular_velocity[0, body], spin, atol=1e-11)
+
+
+@pytest.mark.parametrize("time_step", STEPS)
+@pytest.mark.parametrize("friction", [0.0, 0.2, 3.0])
+def test_a_ball_falls_on_a_box_that_rests(friction: float, time_step: float) -> None:
+    """Without rebound, coming from the side, on a box that may slide: (1 + 5/2) / m + 1 / m_box resists the slip."""
+    mass, carrier, radius, drift, height = 1.0, 5.0, 0.1, 1.0, 0.4
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
+    smooth = physics.Material(friction=0.0)
+    scene.add_body(physics.Plane(), motion="static", material=smooth)
+    box = scene.add_body(physics.Box((1.0, 1.0, 0.2)), mass=carrier, position=(0, 0, 0.2), material=smooth)
+    ball = scene.add_body(
+        physics.Sphere(radius), mass=mass, position=(-0.5, 0, 0.4 + radius + height), linear_velocity=(drift, 0, 0),
+        material=physics.Material(friction=friction),
+    )  # fmt: skip
+    world = world_of(scene, time_step)
+    duration = 0.5
+    world.step(round(duration / time_step))
+
+    fall = math.sqrt(2 * height / GRAVITY)
+    give = 3.5 / mass + 1.0 / carrier
+    push = min(friction * mass * GRAVITY * fall, drift / give)
+    slip = drift - push * give
+    slides = min(duration - fall, slip / (friction * mass * GRAVITY * give)) if friction > 0.0 else 0.0
+    push += friction * mass * GRAVITY * slides
+    assert world.linear_velocity[0, ball, 0] == pytest.approx(drift - push / mass, abs=1e-6)
+    assert world.linear_velocity[0, box, 0] == pytest.approx(push / carrier, abs=1e-6)
+    assert world.angular_velocity[0, ball, 1] == pytest.approx(2.5 * push / (mass * radius), abs=1e-5)
+    assert world.position[0, ball, 2] == pytest.approx(0.4 + radius, abs=1e-6)
 
 
 def kepler_state(
@@ -258,6 +294,31 @@ def test_spinning_sticks_do_not_pass_a_thin_wall(shape: physics.Shape, spin: flo
             w, x, y, z = world.orientation[0, stick]
             reach = 0.5 * abs(2 * (x * z + w * y))
             assert world.position[0, stick, 0] + reach < -0.01 + 1e-6
+
+
+def test_what_happens_does_not_depend_on_the_step() -> None:
+    """A cloud of bodies that turn flies into itself: four blows between exact flights."""
+
+    def velocities(time_step: float) -> NDArray[np.float64]:
+        generator = np.random.default_rng(3)
+        scene = physics.Scene()
+        shapes = (physics.Sphere(0.3), physics.Box((0.2, 0.3, 0.25)), physics.Capsule(0.15, 0.3))
+        for index in range(9):
+            place = generator.uniform(-1, 1, 3)
+            place[0] += 2.0 * (index % 3 - 1)
+            scene.add_body(
+                shapes[index % 3], density=100.0 * 10 ** generator.uniform(0, 2), position=place * 1.5,
+                linear_velocity=-2.0 * place + generator.normal(size=3),
+                angular_velocity=3.0 * generator.normal(size=3),
+                material=physics.Material(friction=0.4, restitution=0.5),
+            )  # fmt: skip
+        world = world_of(scene, time_step)
+        world.step(round(0.5 / time_step))
+        return world.linear_velocity[0]
+
+    expected = velocities(1 / 960)
+    for time_step in (1 / 20, 1 / 60, 1 / 240):
+        np.testing.assert_allclose(velocities(time_step), expected, rtol=0.0, atol=1e-9)
 
 
 def test_two_bullets_meet() -> None:

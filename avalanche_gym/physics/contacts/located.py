@@ -3,7 +3,8 @@
 * A *rebound*: a contact with restitution that closes. Where it turns round decides how high it goes.
 * A *crossing*: within the step a body comes closer than both are thick, or swings its far end that far. Only the way
   there tells whether it passes.
-* A body *alone*, in a world of few: no other dynamic body shares the island, so stopping it stops nobody else.
+* A *landing*, without rebound: the normal and the arm of its blow are those of the instant. It is worth the cost where
+  the step has few bodies to stop for it; which, the caller says.
 
 All others close at the end of the step (response/impact.py): a pile is not stopped at every touch.
 """
@@ -11,17 +12,39 @@ All others close at the end of the step (response/impact.py): a pile is not stop
 from __future__ import annotations
 
 from ..jit import kernel
-from ..model import DULL, LIVELY
+from ..model import BETWEEN, DULL, DYNAMIC, LIVELY
 from .prediction import OVERLAP, THICKNESS, swing
 
-# A body alone is stopped for impacts that would leave, taken at the end of the step, more than this share of its size.
+# Landings of an island that are located: none, those whose normal turns as the bodies pass each other, those of bodies
+# that nothing bears, all.
+NONE, ROUND, FLYING, ALL = 0, 1, 2, 3
+# A landing is located if, taken at the end of the step, it would leave more than this share of the body's size.
 WORTH = 1e-4
 
 
 @kernel
-def mark_located(bodies, starts, flown, span, time_step, contacts, order, first, last, alone):
-    """Set ``located`` of the contacts of one island, order[first:last]; return the largest: 0, DULL or LIVELY."""
+def _note_flying(bodies, contacts, order, first, last, bound):
+    """Set ``bound`` of each body of an island: 0 if it is dynamic and no contact of it lasts."""
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        bound[contact.body_a] = 0 if bodies[contact.body_a].motion == DYNAMIC else 1
+        bound[contact.body_b] = 0 if bodies[contact.body_b].motion == DYNAMIC else 1
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            bound[contact.body_a] = 1
+            bound[contact.body_b] = 1
+
+
+@kernel
+def mark_located(bodies, starts, flown, span, time_step, contacts, order, first, last, landings, bound):
+    """Set ``located`` of the contacts of one island, order[first:last]; return the largest: 0, DULL or LIVELY.
+
+    ``landings`` says which of those are located; ``bound`` (bodies,) is scratch.
+    """
     largest = 0
+    if landings == FLYING:
+        _note_flying(bodies, contacts, order, first, last, bound)
     for index in range(first, last):
         contact = contacts[order[index]]
         contact.located = 0
@@ -39,8 +62,13 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         lively = contact.restitution > 0.0 or contact.start_gap - contact.free_gap > thick
         if far > thick or (strikes and lively):
             contact.located = LIVELY
-        elif strikes and alone and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
-            contact.located = DULL
+        elif strikes and landings != NONE and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
+            if landings == ROUND:
+                worth = contact.frame == BETWEEN or contact.curved == 1
+            else:
+                worth = landings == ALL or bound[a] == 0 or bound[b] == 0
+            if worth:
+                contact.located = DULL
         largest = max(largest, contact.located)
     return largest
 

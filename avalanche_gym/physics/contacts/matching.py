@@ -66,9 +66,12 @@ def _likeness(old, new, stage):
 
 @kernel
 def _inherit(old, new, stage, span):
-    """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed."""
+    """Hand the impulse over, as what it would be for a step of ``span``, and mark the old contact as claimed.
+
+    That of a blow does not grow with the time after it.
+    """
     share = _orientation(old, new)
-    if old.span != span:
+    if old.span > 0.0 and old.span != span:
         share *= min(span / old.span, MOST_GROWTH)
     impulse = vec3.scale(share, vec3.load(old.impulse))
     vec3.store(new.impulse, impulse)

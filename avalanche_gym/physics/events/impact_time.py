@@ -5,12 +5,19 @@ colliders; no feature can close before s + ds; repeat there. Two steps ds compet
 
     first order    0 = g - (|n . v| + omega R) ds - max(-n . a, 0) ds^2 / 2,   n . v and n . a of the centres, omega R
                    what turning can add: safe, linear near the impact, and no step at all where bodies touch
-    second order   0 = g + u ds - A ds^2 / 2,   u the normal velocity of the feature, A the acceleration that closes it,
-                   with omega^2 R for what turning adds: exact for a sphere over a plane in uniform gravity, quadratic
-                   near any impact, blind for features that are not listed
+    second order   0 = g + u ds - A ds^2 / 2,   u the normal velocity of the feature, A the acceleration that closes it:
+                   exact for a sphere over a plane in uniform gravity, quadratic near any impact, blind for features
+                   that are not listed
 
 The first one is safe everywhere; where it is shorter than half the thickness of the thinner body the second may go as
-far as that. An overlap that such a step runs into is halved away between the last two instants.
+far as that. From an overlap that such a step runs into Newton's method goes back, s + g / |u|, and where it leaves the
+bracket between the last two instants their middle is next.
+
+Between a side with normal n that turns at omega and a point of a core of radius r, with velocity v against the side,
+
+    g'' = n . (a_b - a_a) + 2 (omega x n) . v - |omega x n|^2 (g + r),    a = a_0 + alpha x x + omega x (omega x x);
+
+where two rounded or crossing features meet, bounds of these terms take their place.
 
 The way is the flight itself, or for a body bound by other contacts the parabola in time between both ends of its step,
 which is what the trapezoid makes of a smooth one.
@@ -26,7 +33,7 @@ from ..integrator.flight import fly
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT, DYNAMIC, PLACE_BITS, SLIDING
+from ..model import BETWEEN, BODY_STATE, CONTACT, DYNAMIC, ON_A, PLACE_BITS, SLIDING
 from ..narrow_phase.collide import collide_pair
 from ..narrow_phase.pair_query import move_by, query_at
 
@@ -39,6 +46,8 @@ RESTING = 1e-4
 SLOW = 1e-5
 # Instants looked at for one pair in one step. A pair that needs more slides along itself; it is left to the next look.
 MOST_INSTANTS = 256
+# So many of them may overlap and be left by Newton's method; from then on the bracket is halved.
+MOST_NEWTON = 8
 # Spacing of floats relative to their value: a gap between places is known no better.
 SPACING = 2.220446049250313e-16
 
@@ -73,11 +82,19 @@ def _point_velocity(state, point):
 
 
 @kernel
-def _whirl(state, point):
-    """(omega |x|, omega^2 |x|) of a point at arm x: bounds of its velocity and acceleration through turning."""
+def _swing(state, point):
+    """[m/s] bound of the velocity of a point through turning."""
     spin = vec3.norm(vec3.load(state.angular_velocity))
-    arm = vec3.norm(vec3.sub(point, vec3.load(state.center)))
-    return spin * arm, spin * spin * arm
+    return spin * vec3.norm(vec3.sub(point, vec3.load(state.center)))
+
+
+@kernel
+def _turning_acceleration(state, start, end, span, point):
+    """[m/s^2] of a point against the centre of its body: alpha x r + omega x (omega x r)."""
+    arm = vec3.sub(point, vec3.load(state.center))
+    spin = vec3.load(state.angular_velocity)
+    gain = vec3.sub(vec3.load(end.angular_velocity), vec3.load(start.angular_velocity))
+    return vec3.add_scaled(vec3.cross(spin, vec3.cross(spin, arm)), 1.0 / span, vec3.cross(gain, arm))
 
 
 @kernel
@@ -187,6 +204,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     instant = 0.0
     clear = 0.0
     blocked = math.inf
+    overlapping = 0
     for _ in range(MOST_INSTANTS):
         place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
         place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
@@ -216,6 +234,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
         step = math.inf
         deepest = math.inf
+        fastest_closing = 0.0
         for index in range(number):
             found = asked[index]
             normal = vec3.load(found.normal)
@@ -224,8 +243,8 @@ def _search(address, workspace_address, world, contacts, first, count):
             point = vec3.load(found.position)
             core_a = vec3.add_scaled(point, -found.radius_a - 0.5 * found.gap, normal)
             core_b = vec3.add_scaled(point, found.radius_b + 0.5 * found.gap, normal)
-            closing = vec3.sub(_point_velocity(states[a], core_a), _point_velocity(states[b], core_b))
-            closing = vec3.dot(normal, closing) - surface
+            drift = vec3.sub(_point_velocity(states[b], core_b), _point_velocity(states[a], core_a))
+            closing = -vec3.dot(normal, drift) - surface
             slow = abs(closing) * header.time_step <= SLOW * size
             if gap <= RESTING * size:
                 binds = _binds(contacts, first, count, found, slow)
@@ -233,12 +252,26 @@ def _search(address, workspace_address, world, contacts, first, count):
                     binds = _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders)
                 if binds:
                     continue
-            swing_a, whirl_a = _whirl(states[a], core_a)
-            swing_b, whirl_b = _whirl(states[b], core_b)
-            pressing = whirl_a + whirl_b - vec3.dot(normal, acceleration)
+            swinging = _swing(states[a], core_a) + _swing(states[b], core_b)
+            turns = vec3.sub(
+                _turning_acceleration(states[a], starts[a], ends[a], span, core_a),
+                _turning_acceleration(states[b], starts[b], ends[b], span, core_b),
+            )
+            pressing = vec3.dot(normal, vec3.sub(turns, acceleration))
+            if found.curved == 1:
+                along = vec3.norm(vec3.add_scaled(drift, -vec3.dot(normal, drift), normal))
+                whirl = spin_a * _swing(states[a], core_a) + spin_b * _swing(states[b], core_b)
+                pressing = whirl + 2.0 * (spin_a + spin_b) * along - vec3.dot(normal, acceleration)
+            elif found.frame != BETWEEN:
+                carrier = states[a] if found.frame == ON_A else states[b]
+                tilting = vec3.cross(vec3.load(carrier.angular_velocity), normal)
+                core = found.radius_b if found.frame == ON_A else found.radius_a
+                pressing += vec3.norm_squared(tilting) * (gap + core) - 2.0 * vec3.dot(tilting, drift)
             if gap <= near:
                 if closing * header.time_step > TOUCHING * size:
-                    deepest = min(deepest, gap)
+                    if gap < deepest:
+                        deepest = gap
+                        fastest_closing = closing
                     continue
                 if closing >= 0.0 or pressing * left <= -closing:
                     # It rests, or does not come back in what is left.
@@ -248,9 +281,9 @@ def _search(address, workspace_address, world, contacts, first, count):
             second = _no_sooner(gap, closing, pressing)
             # A sphere turns about its core: nothing of it but the listed feature can close.
             first_order = math.inf
-            if swing_a + swing_b > 0.0 or whirl_a + whirl_b > 0.0:
+            if swinging > 0.0 or vec3.norm_squared(turns) > 0.0:
                 approach = -vec3.dot(normal, relative)
-                fastest = max(approach, 0.0) + max(turning, swing_a + swing_b) + abs(surface)
+                fastest = max(approach, 0.0) + max(turning, swinging) + abs(surface)
                 first_order = _no_sooner(gap, fastest, max(-vec3.dot(normal, acceleration), 0.0))
             else:
                 first_order = second
@@ -264,14 +297,18 @@ def _search(address, workspace_address, world, contacts, first, count):
                 workspace.impact_time = clear
                 return True
             blocked = instant
-            instant = 0.5 * (clear + blocked)
+            overlapping += 1
+            instant += deepest / fastest_closing
+            if not clear < instant < blocked or overlapping > MOST_NEWTON:
+                instant = 0.5 * (clear + blocked)
             continue
         clear = instant
         if blocked < math.inf:
             if blocked - clear <= 4.0 * SPACING * span:
                 workspace.impact_time = clear
                 return True
-            step = min(step, 0.5 * (blocked - clear))
+            if instant + step >= blocked:
+                step = 0.5 * (blocked - clear)
         if instant + step >= workspace.impact_time:
             return False
         if instant + step == instant:

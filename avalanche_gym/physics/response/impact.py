@@ -84,6 +84,13 @@ def prepare_impact(
 
 
 @kernel
+def acts_at_once(contacts, order, first, last):
+    """Note of the contacts of a struck island that their impulses are no force times the length of the step."""
+    for index in range(first, last):
+        contacts[order[index]].span = 0.0
+
+
+@kernel
 def end_impact(
     bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body, ends
 ):

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..contacts.coherence import forget_place, note_place
 from ..contacts.islands import find_islands
-from ..contacts.located import any_lasts, located_last, mark_located
+from ..contacts.located import ALL, FLYING, NONE, ROUND, any_lasts, located_last, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
 from ..contacts.sleeping import touch_sleepers
@@ -15,6 +15,7 @@ from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import (
     bodies_of,
+    colliders_of,
     contacts_of,
     header_at,
     height_rates_of,
@@ -27,12 +28,24 @@ from ..memory import (
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DULL, DYNAMIC, KINEMATIC, LAST, TO_IMPACT, WHOLE
+from ..model import (
+    BODY_STATE,
+    CONTACT,
+    DULL,
+    DYNAMIC,
+    KINEMATIC,
+    LAST,
+    LEAST_BODIES,
+    LIVELY,
+    MESH,
+    TO_IMPACT,
+    WHOLE,
+)
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
 from ..solver.workspace import NODE, ROW
 from .creep import add_creep, note_sticking
-from .impact import end_impact, end_rebound, prepare_impact, prepare_rebound
+from .impact import acts_at_once, end_impact, end_rebound, prepare_impact, prepare_rebound
 from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
 from .pile_stage import GOOD
@@ -42,6 +55,9 @@ from .stillness import let_rest
 
 # What became of an island in the exact tier.
 FULL, SOLVED, GAVE_UP = 0, 1, 2
+
+# Islands of so many bodies are stopped for all that they strike.
+PAIR = 2
 
 
 @kernel
@@ -196,15 +212,21 @@ def _step_exactly(address, workspace_address, world, island, struck):
     located = 0
     doubtful = False
     if header.events == 1 and workspace.part != LAST:
-        # Where many bodies are about, one alone is soon among others.
-        alone = last_body - first_body == 1 and header.step_pile == 0
-        located = mark_located(bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, alone)
+        landings = _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body)
+        bound = table(workspace.bound, header.num_bodies, np.int64)
+        located = mark_located(
+            bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
+        )
+        lands = located == DULL
+        if lands and last_body - first_body > 1 and header.step_pile == 0:
+            # Not only stopped: a body may be set going, and meet others. In a crowd it does so in the next step.
+            located = LIVELY
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
             struck = sort_out(time_step, contacts, order, first, last, header.time_step)
         table(workspace.waits, workspace.waits_size, np.int64)[island] = located
         # What rests may never get to where it would fall without its support: first it is seen whether it does.
-        doubtful = located == DULL and workspace.part == WHOLE and not struck
+        doubtful = lands and workspace.part == WHOLE and not struck
         doubtful = doubtful and any_lasts(contacts, order, first, last)
         if located > 0 and not doubtful:
             workspace.waiting += 1
@@ -259,6 +281,7 @@ def _step_exactly(address, workspace_address, world, island, struck):
             bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
             working,
         )  # fmt: skip
+        acts_at_once(contacts, order, first, last)
         outcome = _solve(address, workspace_address, world, first, last, first_body, last_body)
         if outcome != SOLVED:
             return outcome
@@ -294,6 +317,28 @@ def _step_exactly(address, workspace_address, world, island, struck):
     if workspace.part != TO_IMPACT or located == 0:
         report.penetration = max(report.penetration, worst)
     return SOLVED
+
+
+@kernel
+def _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body):
+    """Which impacts without rebound of an island are worth the cost of stopping it: NONE, ROUND, FLYING or ALL of them.
+
+    In a world of few bodies those of an island in flight, of what comes flying to one that rests, and all that a body
+    alone or a pair strikes; in a crowd those of an island in flight where the normal depends on the instant.
+    """
+    num_bodies = last_body - first_body
+    if num_bodies >= LEAST_BODIES:
+        return NONE
+    if not any_lasts(contacts, order, first, last):
+        return ALL if header.step_pile == 0 else ROUND
+    if header.step_pile != 0:
+        return NONE
+    if num_bodies > 1:
+        for index in range(first_body, last_body):
+            if colliders_of(header)[bodies[members[index]].first_collider].shape == MESH:
+                # Meshes that touch one another strike somewhere in every step.
+                return NONE
+    return ALL if num_bodies <= PAIR else FLYING
 
 
 @kernel
