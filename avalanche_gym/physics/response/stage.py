@@ -38,6 +38,7 @@ from ..model import (
     LEAST_BODIES,
     LIVELY,
     MESH,
+    PLANE,
     TO_IMPACT,
     WHOLE,
 )
@@ -331,7 +332,7 @@ def _worth_locating(header, bodies, contacts, order, first, last, members, first
         return NONE
     if not any_lasts(contacts, order, first, last):
         return ALL if header.step_pile == 0 else ROUND
-    if header.step_pile != 0:
+    if header.step_pile != 0 or _lies_on_facets(header, contacts, order, first, last):
         return NONE
     if num_bodies > 1:
         for index in range(first_body, last_body):
@@ -339,6 +340,20 @@ def _worth_locating(header, bodies, contacts, order, first, last, members, first
                 # Meshes that touch one another strike somewhere in every step.
                 return NONE
     return ALL if num_bodies <= PAIR else FLYING
+
+
+@kernel
+def _lies_on_facets(header, contacts, order, first, last):
+    """Whether a contact that lasts is between a mesh and ground: such a body is struck somewhere in every step."""
+    colliders = colliders_of(header)
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            one = colliders[contact.pair // colliders.shape[0]].shape
+            other = colliders[contact.pair % colliders.shape[0]].shape
+            if max(one, other) >= MESH and min(one, other) >= PLANE:
+                return True
+    return False
 
 
 @kernel
