@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from .contacts.matching import chain_of
-from .contacts.prediction import turn_between, turned_gap_change
+from .contacts.prediction import SLACK, gap_change, turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
@@ -235,6 +235,7 @@ def _sweep_apart(header, workspace, world, num_found, marks):
     """
     bodies = bodies_of(header, world)
     rest = rest_of(header, world)
+    states = states_of(header, world)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     found = table(workspace.recent, workspace.recent_size, CONTACT)
     rows = table(workspace.pile_rows, workspace.pile_rows_size, PILE_ROW)
@@ -262,7 +263,11 @@ def _sweep_apart(header, workspace, world, num_found, marks):
         vec3.store(row.arm_b, vec3.sub(point, vec3.load(ends[b].center)))
         vec3.store(row.prescribed, vec3.ZERO)
         row.gap = contact.gap
-        row.floor = 0.0
+        # What was deep before the step goes on parting at its pace (response/overlap.py).
+        start_gap = contact.gap + gap_change(
+            contact, point, normal, contact.gap, ends[a], states[a], ends[b], states[b]
+        )
+        row.floor = min(start_gap + SLACK * contact.size, 0.0)
         row.push = 0.0
         enough = min(enough, 0.1 * SHALLOW * contact.size)
         prepare_response(row, nodes)

@@ -179,3 +179,21 @@ def test_a_scene_at_rest_that_is_awake_takes_no_factorisation(name):
     assert world.report().tier[0] == "certificate"
     np.testing.assert_array_equal(world.position, place)
     np.testing.assert_array_equal(world.orientation, turn)
+
+
+@pytest.mark.parametrize("sleeping", [True, False])
+@pytest.mark.parametrize("mass", [1.0, 1000.0])
+def test_deep_overlap_parts_at_a_bounded_pace_and_is_reported(mass, sleeping):
+    """A hundredth of the size in a step, no velocity from it, and no sleep before it is gone."""
+    scene = gravity_scene()
+    scene.add_body(Plane(), motion="static")
+    scene.add_body(Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.1))
+    upper = scene.add_body(Box((0.1, 0.1, 0.1)), mass=mass, position=(0, 0.001, 0.2))
+    world = physics.World(scene, options=physics.Options(sleeping=sleeping))
+    for step in range(1, 106):
+        before = world.position[0, upper].copy()
+        world.step(1)
+        assert np.linalg.norm(world.position[0, upper] - before) < 1.01e-3
+        assert world.report().penetration[0] == pytest.approx(max(0.1 - 1e-3 * step, 0.0), abs=1e-7)
+        assert world.kinetic_energy()[0] < 1e-12
+    assert world.position[0, upper, 2] == pytest.approx(0.3, abs=1e-7)

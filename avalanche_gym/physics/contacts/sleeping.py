@@ -52,6 +52,13 @@ def _speed(state, size):
 
 
 @kernel
+def _way(time_step, state, end, size):
+    """[m] that a body moves in a step: with the speed of its start or end, or because overlap is taken out."""
+    shift = vec3.norm(vec3.sub(vec3.load(end.center), vec3.load(state.center)))
+    return max(time_step * max(_speed(state, size), _speed(end, size)), shift)
+
+
+@kernel
 def _moves(body, state):
     """Whether something that is not dynamic moves."""
     if body.motion != KINEMATIC:
@@ -162,8 +169,8 @@ def _note_still(header, bodies, states, flown, ends, rest):
         if body.motion != DYNAMIC or rest[index].asleep != 0:
             continue
         state = states[index]
-        speed = max(_speed(state, body.size), _speed(ends[index], body.size))
-        still = header.time_step * speed <= CROWD_STILL * body.size and rest[index].barred == 0
+        way = _way(header.time_step, state, ends[index], body.size)
+        still = way <= CROWD_STILL * body.size and rest[index].barred == 0
         acts = vec3.norm_squared(vec3.load(state.force)) + vec3.norm_squared(vec3.load(state.torque))
         rest[index].still = rest[index].still + 1 if still and acts == 0.0 else 0
         # Where the others were not ready, it is asked again when as many steps have passed.
@@ -174,12 +181,13 @@ def _note_still(header, bodies, states, flown, ends, rest):
 @kernel
 def _in_balance(time_step, body, state, flight, end, crowd):
     """Whether a body may sleep as one of a crowd, or else as one of few."""
+    way = _way(time_step, state, end, body.size)
     speed = max(_speed(state, body.size), _speed(end, body.size))
     gain = vec3.norm(vec3.sub(vec3.load(flight.velocity), vec3.load(state.velocity)))
     still = CROWD_STILL if crowd else STILL
     balanced = CROWD_BALANCED if crowd else BALANCED
     # Without a gain there is nothing to be in balance with: in empty space nothing bears a body.
-    return 0.0 < gain and time_step * speed <= still * body.size and speed <= balanced * gain
+    return 0.0 < gain and way <= still * body.size and speed <= balanced * gain
 
 
 @stage

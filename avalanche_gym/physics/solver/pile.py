@@ -257,12 +257,12 @@ def remove_overlap(rows, nodes, num_contacts, time_step, most):
 
 @kernel
 def part(rows, nodes, num_contacts, enough):
-    """Sweeps that move the bodies until no contact overlaps by more than ``enough`` [m]."""
+    """Sweeps that move the bodies until no gap is below its floor by more than ``enough`` [m]."""
     for _ in range(MOST_PARTING_SWEEPS):
         deepest = 0.0
         for i in range(num_contacts):
             row = rows[i]
-            lack = -gap_after(row, nodes, 0.0)
+            lack = row.floor - gap_after(row, nodes, 0.0)
             if row.local[0] > 0.0 and (lack > 0.0 or row.push > 0.0):
                 push = max(row.push + lack / row.local[0], 0.0)
                 shove(row, nodes, push - row.push)

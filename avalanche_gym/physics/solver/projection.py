@@ -43,7 +43,7 @@ def prepare_gaps(contacts, order, num_contacts, most_overlap, rows):
     for i in range(num_contacts):
         row = rows[i]
         if row.scale > 0.0:
-            overlap = min(contacts[order[i]].gap, 0.0)
+            overlap = max(min(contacts[order[i]].gap, 0.0), -most_overlap)
             overlaps += overlap * overlap / row.scale
             load = max(vec3.dot(vec3.load(row.impulse), vec3.load(row.normal)), 0.0)
             impulses += load * load * row.scale
