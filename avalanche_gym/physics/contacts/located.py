@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..model import BETWEEN, DULL, DYNAMIC, LIVELY
-from .prediction import OVERLAP, THICKNESS, swing
+from .prediction import OVERLAP, THICKNESS, swing, wander
 
 # Landings of an island that are located: none, those whose normal turns as the bodies pass each other, those of bodies
 # that nothing bears, all.
@@ -34,6 +34,16 @@ def _note_flying(bodies, contacts, order, first, last, bound):
         if contact.persistent == 1:
             bound[contact.body_a] = 1
             bound[contact.body_b] = 1
+
+
+@kernel
+def _touch(contacts, order, first, last, a, b):
+    """Whether a contact of these two bodies lasts."""
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1 and contact.body_a == a and contact.body_b == b:
+            return True
+    return False
 
 
 @kernel
@@ -59,6 +69,9 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         if contact.start_gap <= OVERLAP * contact.size:
             strikes = strikes or comes
         far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
+        if contact.restitution > 0.0 and not strikes and not _touch(contacts, order, first, last, a, b):
+            bent = wander(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
+            strikes = contact.free_gap < bent
         lively = contact.restitution > 0.0 or contact.start_gap - contact.free_gap > thick
         if far > thick or (strikes and lively):
             contact.located = LIVELY

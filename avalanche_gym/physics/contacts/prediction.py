@@ -110,6 +110,28 @@ def swing(body_a, start_a, flown_a, body_b, start_b, flown_b, span):
 
 
 @kernel
+def _turned(body, far):
+    """[rad] by which a body turns whose far end moves by ``far``."""
+    return far / (body.radius - body.size) if far > 0.0 else 0.0
+
+
+@kernel
+def wander(body_a, start_a, flown_a, body_b, start_b, flown_b, span):
+    """[m] by which a gap may end smaller than along the normal it has at the start.
+
+    Where bodies turn by an angle and move against each other the normal turns by that angle, and another point of them
+    may be the nearest one: angle times way, of second order in the span.
+    """
+    far_a = _far_end(body_a, start_a, flown_a, span)
+    far_b = _far_end(body_b, start_b, flown_b, span)
+    if far_a + far_b == 0.0:
+        return 0.0
+    way = vec3.sub(vec3.load(flown_b.center), vec3.load(start_b.center))
+    way = vec3.sub(way, vec3.sub(vec3.load(flown_a.center), vec3.load(start_a.center)))
+    return (_turned(body_a, far_a) + _turned(body_b, far_b)) * (vec3.norm(way) + far_a + far_b)
+
+
+@kernel
 def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
     """Note where each contact is, how fast it approaches and how it ends without impulses; return how many remain.
 
@@ -144,7 +166,12 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
         if contact.free_gap > SLACK * contact.size and contact.gap > 0.0 and not struck:
             far = swing(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
             if far <= THICKNESS * contact.size:
-                continue
+                if contact.restitution == 0.0:
+                    continue
+                # What bounces has to be looked at on its way, where that may bend enough.
+                bent = wander(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
+                if contact.free_gap - bent > SLACK * contact.size:
+                    continue
         before = vec3.sub(velocity_at(starts[b], starts[b], point), velocity_at(starts[a], starts[a], point))
         after = vec3.sub(velocity_at(starts[b], ends[b], point), velocity_at(starts[a], ends[a], point))
         contact.approach = vec3.dot(normal, before) + rise
