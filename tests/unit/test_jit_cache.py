@@ -117,6 +117,7 @@ ROOTS = (
     "response/pile_stage.py",
     "contacts/sleeping.py",
     "seams.py",
+    "hindsight.py",
     "groups/stage.py",
     "events/impact_time.py",
     "narrow_phase/pairs.py",

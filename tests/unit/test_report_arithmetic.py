@@ -108,7 +108,7 @@ def test_an_adapter_records_what_the_world_does():
     from benchmarks.peers.recording import record, time_steps
 
     case = HARD_CASES["swing_sticks"]
-    errors, report = record(case, our_engine(), 1 / 60)
+    errors, report, _ = record(case, our_engine(), 1 / 60)
     recording, others, expected = directly(case, physics.Options(time_step=1 / 60))
     assert errors == case.errors(recording, *others)
     assert report["residual"] == expected.residual[0]
