@@ -1,6 +1,6 @@
 """Our engine on the hard cases: error, residual and cost of a step.
 
-    python -m benchmarks.hard_cases [name ...] [--rates 60 240 960] [--tolerance 1e-12] [--all] [--list]
+    python -m benchmarks.hard_cases [name ...] [--rates 60 240 960] [--tolerance 1e-12] [--awake] [--all] [--list]
 
 A name may be the first letters of several. One line a case: the headline error at each rate, the worst residual, and
 the CPU microseconds of a step. ``--all`` shows every error that the case measures.
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from dataclasses import replace
 
 from avalanche_gym import physics
 from avalanche_gym.physics.scenes import HARD_CASES, UNBUILT, HardCase
@@ -19,9 +20,8 @@ from avalanche_gym.physics.scenes.recording import record
 RATES = (60, 240, 960)
 
 
-def run(case: HardCase, rate: int, tolerance: float) -> tuple[dict[str, float], float, float, str]:
+def run(case: HardCase, options: physics.Options) -> tuple[dict[str, float], float, float, str]:
     """Errors, worst residual, CPU us a step, and what went wrong."""
-    options = physics.Options(time_step=1.0 / rate, tolerance=tolerance)
     try:
         recording, others, report = record(case, options)
         cost = cost_of_a_step(case, options)
@@ -46,7 +46,7 @@ def cost_of_a_step(case: HardCase, options: physics.Options) -> float:
     return (time.process_time() - start) / total * 1e6
 
 
-def show(case: HardCase, rates: list[int], tolerance: float, everything: bool) -> None:
+def show(case: HardCase, rates: list[int], options: physics.Options, everything: bool) -> None:
     if case.refusal != "required":
         try:
             world = physics.World(case.scene())
@@ -55,7 +55,7 @@ def show(case: HardCase, rates: list[int], tolerance: float, everything: bool) -
             pass
     columns, notes, residuals, costs = [], [], [], []
     for rate in rates:
-        errors, residual, cost, note = run(case, rate, tolerance)
+        errors, residual, cost, note = run(case, replace(options, time_step=1.0 / rate))
         columns.append(errors)
         residuals.append(residual)
         costs.append(cost)
@@ -81,6 +81,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*")
     parser.add_argument("--rates", nargs="+", type=int, default=list(RATES), help="steps a second")
     parser.add_argument("--tolerance", type=float, default=physics.Options().tolerance)
+    parser.add_argument("--awake", action="store_true", help="sleeping=False")
     parser.add_argument("--all", action="store_true", help="every error that a case measures")
     parser.add_argument("--list", action="store_true", help="names and titles, no runs")
     arguments = parser.parse_args()
@@ -95,10 +96,11 @@ def main() -> None:
         for missing in UNBUILT:
             print(f"{missing.number:2d} not built: {missing.title}: {missing.lacking}")
         return
+    options = physics.Options(tolerance=arguments.tolerance, sleeping=not arguments.awake)
     rates = " ".join(f"{'1/' + str(rate):>9s}" for rate in arguments.rates)
     print(f"   {'case':24s} {rates}  {'unit':15s} | goals | residual | us a step")
     for case in chosen:
-        show(case, arguments.rates, arguments.tolerance, arguments.all)
+        show(case, arguments.rates, options, arguments.all)
 
 
 if __name__ == "__main__":

@@ -10,16 +10,17 @@ letters of several. ``--csv`` adds rows to a file, and leaves out what the file 
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 from avalanche_gym import physics
 from avalanche_gym.physics.report import METHODS
 from avalanche_gym.physics.scenes import HARD_CASES, HardCase
+
+from .csv_rows import append_row, read_rows
 
 CHUNK = 64  # steps in one call; looked at one by one only where one of them is above the tolerance
 
@@ -48,8 +49,7 @@ class Residuals:
 def reports(case: HardCase, world: physics.World) -> Iterator[physics.StepReport]:
     """Of all steps: of many at once where all are within the tolerance, else of each."""
     step = world.options.time_step
-    total = done = round(case.duration / step)
-    done = 0
+    total, done = round(case.duration / step), 0
     while done < total:
         count = min(CHUNK, total - done) if case.drive is None else 1
         if case.drive is not None:
@@ -86,28 +86,6 @@ def measure(case: HardCase, rate: int, sleeping: bool) -> Residuals:
     return found
 
 
-def read(path: Path) -> dict[tuple[str, int, bool], Residuals]:
-    if not path.exists():
-        return {}
-    kinds = {entry.name: entry.type for entry in fields(Residuals)}
-    parse = {"int": int, "float": float, "bool": lambda text: text == "True", "str": str}
-    with path.open(newline="") as file:
-        rows = [
-            Residuals(**{name: parse[str(kinds[name])](value) for name, value in row.items()})
-            for row in csv.DictReader(file)
-        ]
-    return {row.key: row for row in rows}
-
-
-def append(path: Path, row: Residuals) -> None:
-    new = not path.exists()
-    with path.open("a", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        if new:
-            writer.writerow([entry.name for entry in fields(Residuals)])
-        writer.writerow([f"{value:.3g}" if isinstance(value, float) else value for value in astuple(row)])
-
-
 def wanted(names: list[str]) -> list[HardCase]:
     """All cases that are stepped at all; those that begin with one of the names."""
     return [
@@ -123,7 +101,7 @@ def main() -> None:
     parser.add_argument("--rate", type=int, default=240, help="steps a second")
     parser.add_argument("--csv", type=Path, help="file of rows")
     arguments = parser.parse_args()
-    done = read(arguments.csv) if arguments.csv else {}
+    done = {row.key for row in read_rows(Residuals, arguments.csv)} if arguments.csv else set()
     print(f"{'case':26s} {'sleeping':8s} {'steps':>7s} {'above':>6s} {'worst':>8s}  last resort")
     for case in wanted(arguments.names):
         for sleeping in (True, False):
@@ -131,7 +109,7 @@ def main() -> None:
                 continue
             row = measure(case, arguments.rate, sleeping)
             if arguments.csv:
-                append(arguments.csv, row)
+                append_row(arguments.csv, row)
             print(
                 f"{row.case:26s} {sleeping!s:8s} {row.steps:7d} {row.above:6d} {row.worst:8.1e}  {row.method} "
                 f"({row.contacts} contacts, overlap {row.overlap:.1e} m, {row.seconds:.1f} s) {row.note}",

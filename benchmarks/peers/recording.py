@@ -85,15 +85,19 @@ def record_scene(
         simulation.close()
 
 
-def time_steps(case: HardCase, engine: Engine, step: float, seconds: float, repeats: int) -> Cost:
+def time_steps(
+    case: HardCase, engine: Engine, step: float, seconds: float, repeats: int, steps: int | None = None
+) -> Cost:
     """CPU time of the whole motion, or of as many steps as fit in about ``seconds``; each repeat from the start.
 
-    Building the scene is not counted. A first, short run warms caches and compiles what is not compiled.
+    Building the scene is not counted. A first, short run warms caches and compiles what is not compiled. ``steps``
+    says how many, where that is known.
     """
     total = round(case.duration / step)
     warm = warm_up(case, engine, step)
     spent = warm.seconds[0]
-    steps = total if spent <= 0.0 else max(warm.steps, min(total, math.ceil(seconds * warm.steps / spent)))
+    if steps is None:
+        steps = total if spent <= 0.0 else max(warm.steps, min(total, math.ceil(seconds * warm.steps / spent)))
     return Cost(steps, tuple(_run(case, engine, step, steps) for _ in range(repeats)))
 
 

@@ -4,34 +4,45 @@
     python -m benchmarks.report --point CASE ENGINE RATE [TOLERANCE]
 
 Interrupted, it goes on where it was: points that are in the CSV file are not measured again (``--fresh`` does). Points
-that failed are tried again. ``--point`` measures one row and prints it.
+that failed are tried again. ``--costs`` times the rows of the file once more, engine beside engine, and keeps their
+errors, which do not depend on what else the machine does. ``--point`` measures one row and prints it.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import platform
 import resource
 import subprocess
 import sys
 import time
-from dataclasses import asdict, fields
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from ..peers import all_engines
+from ..csv_rows import append_row, read_rows, write_rows
+from ..peers import Engine, all_engines
+from ..residuals import Residuals, wanted
 from .features import PAIRS, FeatureCost, measure_pair
 from .machine import processor
-from .plan import FULL, QUICK, Point, points
-from .table import FAILED, append, read
+from .plan import FULL, LONG, QUICK, VERDICT_RATE, Budget, Point, points
+from .push import PushCost, measure_pushes
+from .table import FAILED, OK, Row, append, read, write
 from .worker import Worker, measure
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class CompileCost:
+    """Of the engine's kernels."""
+
+    date: str
+    seconds: float  # CPU
 
 
 def compile_seconds() -> float:
@@ -48,77 +59,144 @@ def compile_seconds() -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def heading(command: str, started: float, quick: bool) -> dict[str, str]:
+def compile_text(folder: Path, arguments: argparse.Namespace) -> str:
+    """Measured once, and again by a fresh run."""
+    path = folder / "compile.csv"
+    found = [] if arguments.fresh else read_rows(CompileCost, path)
+    if not found:
+        found = [CompileCost(datetime.now(UTC).strftime("%Y-%m-%d"), compile_seconds())]
+        write_rows(path, found)
+    return f"{found[0].seconds:.0f} CPU s from an empty cache to the first step of a stack ({found[0].date})"
+
+
+def heading(command: str, started: float, arguments: argparse.Namespace, rows: list[Row]) -> dict[str, str]:
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
+    dates = sorted(row.date for row in rows if row.date)
     return {
-        "date": datetime.now(UTC).strftime("%Y-%m-%d"),
+        "data": f"measured from {dates[0]} to {dates[-1]} UTC; each row has its date" if dates else "none",
         "command": f"`{command}`",
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}",
         "load while it ended": f"{load:.1f} (above 1, other programs took caches and memory from what was measured)",
         "versions": f"Python {platform.python_version()}, NumPy {np.__version__}, Numba {version('numba')}",
-        "compiling, once": f"{compile_seconds():.0f} CPU s from an empty cache to the first step of a stack",
-        "took": f"{(time.monotonic() - started) / 60:.1f} minutes in this call" + (", quick form" if quick else ""),
+        "compiling, once": compile_text(Path(arguments.out), arguments),
+        "took": f"{(time.monotonic() - started) / 60:.1f} minutes in this call"
+        + (", quick form" if arguments.quick else ""),
     }
 
 
-def run(arguments: argparse.Namespace, command: str) -> None:
-    started = time.monotonic()
-    folder = Path(arguments.out)
-    folder.mkdir(parents=True, exist_ok=True)
-    data = folder / "data.csv"
-    if arguments.fresh:
-        data.unlink(missing_ok=True)
-    engines, missing = all_engines()
-    for name, reason in missing.items():
-        print(f"{name} is left out: {reason}. Install the extra: pip install 'avalanche-gym[bench]'")
+class Progress:
+    """Prints how far a list of things to measure is, and how long the rest may take."""
+
+    def __init__(self, total: int) -> None:
+        self.total, self.done, self.started = total, 0, time.monotonic()
+
+    def show(self, row: Row) -> None:
+        self.done += 1
+        left = (time.monotonic() - self.started) / self.done * (self.total - self.done) / 60
+        text = f"{row.status}: {row.note[:60]}"
+        if row.status == OK:
+            text = f"{row.error:9.2e} {row.us_per_step:8.2f} us"
+        label = f"{row.case} 1/{row.rate} {row.tolerance}"
+        print(f"{self.done:4d}/{self.total} {left:5.1f} min left  {label:36s} {row.engine:12s} {text}", flush=True)
+
+
+def budget_of(arguments: argparse.Namespace) -> Budget:
+    budget = QUICK if arguments.quick else FULL
+    return replace(budget, run=arguments.seconds, verdict=10.0 * arguments.seconds) if arguments.seconds else budget
+
+
+def measure_points(data: Path, engines: list[Engine], arguments: argparse.Namespace) -> None:
+    """The points that the file lacks, each written at once; those that failed are tried again."""
     done = {key for key, row in read(data).items() if row.status != FAILED}
     planned = points(engines, arguments.quick, arguments.cases)
     if arguments.engines:
         planned = [point for point in planned if point.engine in arguments.engines]
     waiting = [point for point in planned if point.key not in done]
     print(f"{len(planned)} points, {len(planned) - len(waiting)} of them measured before", flush=True)
-    budget, worker = QUICK if arguments.quick else FULL, Worker()
+    worker, progress = Worker(), Progress(len(waiting))
     try:
-        for number, point in enumerate(waiting, 1):
-            row = worker.measure(point, budget)
+        for point in waiting:
+            row = worker.measure(point, budget_of(arguments))
             append(data, row)
-            spent = time.monotonic() - started
-            left = spent / number * (len(waiting) - number)
-            text = (
-                f"{row.error:9.2e} {row.us_per_step:8.2f} us"
-                if row.status == "ok"
-                else f"{row.status}: {row.note[:60]}"
-            )
-            label = f"{point.case} 1/{point.rate} {point.key[3]}"
-            print(
-                f"{number:4d}/{len(waiting)} {left / 60:5.1f} min left  {label:36s} {point.engine:12s} {text}",
-                flush=True,
-            )
+            progress.show(row)
     finally:
         worker.close()
+
+
+def measure_costs(data: Path, arguments: argparse.Namespace) -> None:
+    """The costs of all rows once more, engine beside engine; their errors stay."""
+    rows = [
+        row
+        for row in read(data).values()
+        if row.status == OK
+        and row.repeats > 1
+        and (not arguments.cases or row.case in arguments.cases)
+        and (not arguments.engines or row.engine in arguments.engines)
+    ]
+    worker, progress = Worker(), Progress(len(rows))
+    try:
+        for row in rows:
+            again = worker.time_again(row, budget_of(arguments))
+            append(data, again)
+            progress.show(again)
+    finally:
+        worker.close()
+
+
+def measure_residuals(path: Path, arguments: argparse.Namespace) -> None:
+    """Of the cases that the file lacks."""
+    done = {row.key for row in read_rows(Residuals, path)}
+    worker = Worker()
+    try:
+        for case in wanted(arguments.cases):
+            for sleeping in (True, False):
+                if (case.name, VERDICT_RATE, sleeping) in done or (arguments.quick and case.name in LONG):
+                    continue
+                row = worker.residuals(case.name, VERDICT_RATE, sleeping, budget_of(arguments))
+                append_row(path, row)
+                print(
+                    f"residuals of {row.case}, sleeping={sleeping}: {row.above} of {row.steps} steps above", flush=True
+                )
+    finally:
+        worker.close()
+
+
+def run(arguments: argparse.Namespace, command: str) -> None:
+    started = time.monotonic()
+    folder = Path(arguments.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    data, residuals = folder / "data.csv", folder / "residuals.csv"
+    if arguments.fresh:
+        data.unlink(missing_ok=True)
+        residuals.unlink(missing_ok=True)
+    engines, missing = all_engines()
+    for name, reason in missing.items():
+        print(f"{name} is left out: {reason}. Install the extra: pip install 'avalanche-gym[bench]'")
+    if arguments.costs:
+        measure_costs(data, arguments)
+    elif not arguments.page:
+        measure_points(data, engines, arguments)
     if arguments.data_only:
         return
-    features = feature_costs(folder / "features.csv", arguments)
+    if not arguments.page:
+        measure_residuals(residuals, arguments)
+        if not arguments.cases:
+            short = (500, 3) if arguments.quick else ()
+            write_rows(folder / "features.csv", [measure_pair(name, *short) for name in PAIRS])
+            write_rows(folder / "pushes.csv", measure_pushes(engines))
     from .pages import Report  # here, so that measuring one point needs no matplotlib
 
-    Report(list(read(data).values()), engines, features).write(folder, heading(command, started, arguments.quick))
+    write(data, read(data))
+    rows = list(read(data).values())
+    report = Report(
+        rows,
+        engines,
+        read_rows(FeatureCost, folder / "features.csv"),
+        read_rows(Residuals, residuals),
+        read_rows(PushCost, folder / "pushes.csv"),
+    )
+    report.write(folder, heading(command, started, arguments, rows))
     print(f"written to {folder / 'index.md'} after {(time.monotonic() - started) / 60:.1f} minutes")
-
-
-def feature_costs(path: Path, arguments: argparse.Namespace) -> list[FeatureCost]:
-    """Measured anew unless only some cases were asked for; then what the file holds."""
-    names = [entry.name for entry in fields(FeatureCost)]
-    if arguments.cases and path.exists():
-        with path.open(newline="") as file:
-            rows = list(csv.DictReader(file))
-        numbers = ("with_it", "without", "ratio")
-        return [FeatureCost(**{k: float(v) if k in numbers else v for k, v in row.items()}) for row in rows]
-    found = [measure_pair(name, *((500, 3) if arguments.quick else ())) for name in PAIRS]
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, names, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(cost) for cost in found)
-    return found
 
 
 def main() -> None:
@@ -127,6 +205,9 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="three steps, a third of the scenes with curves; minutes")
     parser.add_argument("--engines", nargs="+", help="only these; the page keeps what the file holds of the others")
     parser.add_argument("--out", default="docs/report", help="folder of the page, its plots and data")
+    parser.add_argument("--seconds", type=float, help="CPU seconds a motion may take; ten times that for a verdict")
+    parser.add_argument("--costs", action="store_true", help="time the rows of the file again; their errors stay")
+    parser.add_argument("--page", action="store_true", help="measure nothing, write the page from the files")
     parser.add_argument("--data-only", action="store_true", help="rows of data, no page and no plots")
     parser.add_argument("--fresh", action="store_true", help="measure everything again")
     parser.add_argument("--point", nargs="+", metavar="WORD", help="CASE ENGINE RATE [TOLERANCE]")

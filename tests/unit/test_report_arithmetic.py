@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from avalanche_gym.physics.scenes import HARD_CASES
+from benchmarks.csv_rows import read_rows, write_rows
 from benchmarks.report.analysis import cost_to_reach, error_split, fitted_order, pareto_front, performance_profile
-from benchmarks.report.table import FAILED, Row, append, read
+from benchmarks.report.standing import standing
+from benchmarks.report.table import FAILED, OK, Row, append, read
+from benchmarks.residuals import Residuals
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
@@ -108,11 +111,36 @@ def test_an_adapter_records_what_the_world_does():
     from benchmarks.peers.recording import record, time_steps
 
     case = HARD_CASES["swing_sticks"]
-    errors, report, _ = record(case, our_engine(), 1 / 60)
+    errors, report, whole = record(case, our_engine(), 1 / 60)
     recording, others, expected = directly(case, physics.Options(time_step=1 / 60))
     assert errors == case.errors(recording, *others)
     assert report["residual"] == expected.residual[0]
+    assert whole.steps == round(case.duration * 60) and whole.seconds[0] > 0.0
     cost = time_steps(case, our_engine(1e-6), 1 / 60, 1e-4, 2)
     median, low, high = cost.per_step()
     assert cost.steps <= round(case.duration * 60) and len(cost.seconds) == 2
     assert low <= median <= high
+    again = time_steps(case, our_engine(), 1 / 60, 1e-4, 2, steps=7)
+    assert again.steps == 7
+
+
+def row_of(engine, rate, error, cost):
+    return Row("slide", engine, "", rate, "", OK, error=error, us_per_step=cost / rate * 1e6)
+
+
+def test_standing_compares_at_equal_cost_and_at_equal_error():
+    ours = [row_of("ours", 60, 1e-3, 1.0), row_of("ours", 240, 1e-5, 4.0)]
+    peer = [row_of("peer", 60, 1e-2, 2.0), row_of("peer", 240, 1e-4, 8.0), row_of("peer", 960, 1e-6, 32.0)]
+    found = standing(ours, {"peer": peer}, 240)
+    assert found.rival.rate == 60 and found.affordable
+    assert found.error_ratio == pytest.approx(1e3) and found.cost_ratio == pytest.approx(8.0)
+    assert found.better and not found.cheaper
+    exact = standing([row_of("ours", 240, 1e-15, 4.0)], {"peer": [row_of("peer", 240, 1e-14, 3.0)]}, 240)
+    assert exact.error_ratio == 1.0 and exact.better and exact.cost_ratio == pytest.approx(0.75)
+
+
+def test_rows_of_a_file_come_back(tmp_path):
+    rows = [Residuals("stack", 240, True, steps=3, worst=1e-13), Residuals("slide", 60, False, note="a, b")]
+    write_rows(tmp_path / "rows.csv", rows)
+    assert read_rows(Residuals, tmp_path / "rows.csv") == rows
+    assert read_rows(Residuals, tmp_path / "none.csv") == []
