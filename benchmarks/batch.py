@@ -1,21 +1,27 @@
-"""The small push scene in batches: environment steps per CPU second on one core, and memory a world, beside the others.
+"""The small push scene in batches beside the others: environment steps and body steps a second, and memory a world.
 
     python -m benchmarks.batch [--worlds 1 16 256 1024 4096 16384] [--seconds 0.5] [--engines avalanche MuJoCo ...]
+                               [--threads 1] [--plot docs/figures/batches.svg]
 
 One environment step is a push (an impulse on the box) and four steps of 5 ms of ``physics.scenes.push``; nothing is
-observed. MuJoCo runs its batches in ``mujoco.rollout`` on the calling thread, the push held as a force over the four
-steps; PyBullet and Rapier have no batches, so their worlds are stepped one after the other, and no more than 64 of
-them, since a world more costs as much as the last. Memory is what the process of a batch grows by.
+observed. MuJoCo runs its batches in ``mujoco.rollout``, the push held as a force over the four steps; PyBullet and
+Rapier have no batches, so their worlds are stepped one after the other, and no more than 64 of them, since a world more
+costs as much as the last. Memory is what the process of a batch grows by.
+
+Rates are per second of CPU time on one core, or with ``--threads`` per second of the clock on so many: the batches then
+share their worlds among threads, and of the engines without batches so many processes run at once.
 """
 
 from __future__ import annotations
 
 import argparse
+import copy
 import multiprocessing
 import resource
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,13 +34,15 @@ WORLDS = (1, 16, 256, 1024, 4096, 16384)
 ONE_BY_ONE = 64  # worlds at most of engines without batches
 EPISODE = 200  # environment steps until the scene starts again
 WARM = 10  # environment steps before the timing: the first after a start have no contacts to go on from
+BODIES = sum(body is not None and body.motion == "dynamic" for body in push_scene().bodies)
 ANY_CASE = HARD_CASES["trough"]  # adapters look at the theme of a case only
 
 Stepper = Callable[[np.ndarray], None]  # one environment step; takes (worlds, 3) [N s]
 
 
-def ours(worlds: int) -> tuple[Stepper, Callable[[], None]]:
-    world = physics.World(push_scene(), num_worlds=worlds, options=physics.Options(time_step=PUSH_STEP, sleeping=False))
+def ours(worlds: int, threads: int) -> tuple[Stepper, Callable[[], None]]:
+    options = physics.Options(time_step=PUSH_STEP, sleeping=False, threads=threads)
+    world = physics.World(push_scene(), num_worlds=worlds, options=options)
 
     def step(pushes: np.ndarray) -> None:
         world.impulse_buffer[:, PUSHED, :3] = pushes
@@ -43,7 +51,7 @@ def ours(worlds: int) -> tuple[Stepper, Callable[[], None]]:
     return step, world.reset
 
 
-def mujoco(worlds: int) -> tuple[Stepper, Callable[[], None]]:
+def mujoco(worlds: int, threads: int) -> tuple[Stepper, Callable[[], None]]:
     import mujoco as mj
     from mujoco import rollout
 
@@ -57,12 +65,13 @@ def mujoco(worlds: int) -> tuple[Stepper, Callable[[], None]]:
     state = np.tile(first, (worlds, 1))
     forces = np.zeros((worlds, PUSH_STEPS, model.nbody, 6))
     body = model.body(f"b{PUSHED}").id
-    runner = rollout.Rollout(nthread=0)
+    copies = [copy.copy(data) for _ in range(threads)]
+    runner = rollout.Rollout(nthread=threads if threads > 1 else 0)
 
     def step(pushes: np.ndarray) -> None:
         forces[:, :, body, :3] = pushes[:, None] / (PUSH_STEP * PUSH_STEPS)
         found, _ = runner.rollout(
-            model, data, state, forces.reshape(worlds, PUSH_STEPS, -1), control_spec=int(force), nstep=PUSH_STEPS,
+            model, copies, state, forces.reshape(worlds, PUSH_STEPS, -1), control_spec=int(force), nstep=PUSH_STEPS,
             skip_checks=False,
         )  # fmt: skip
         state[:] = found[:, -1]
@@ -90,81 +99,127 @@ def one_by_one(build: Callable[[], Any], worlds: int) -> tuple[Stepper, Callable
     return step, reset
 
 
-def pybullet(worlds: int) -> tuple[Stepper, Callable[[], None]]:
+def pybullet(worlds: int, _threads: int) -> tuple[Stepper, Callable[[], None]]:
     from .peers.pybullet_engine import PyBullet
 
     return one_by_one(partial(PyBullet, ANY_CASE, push_scene(), PUSH_STEP), worlds)
 
 
-def rapier(worlds: int) -> tuple[Stepper, Callable[[], None]]:
+def rapier(worlds: int, _threads: int) -> tuple[Stepper, Callable[[], None]]:
     from .peers.rapier_engine import Rapier
 
     return one_by_one(partial(Rapier, ANY_CASE, push_scene(), PUSH_STEP), worlds)
 
 
 ENGINES = {"avalanche": ours, "MuJoCo": mujoco, "PyBullet": pybullet, "Rapier": rapier}
+NO_BATCHES = ("PyBullet", "Rapier")
 
 
-def measure(engine: str, worlds: int, seconds: float) -> tuple[float, float, float, float]:
-    """Environment steps per CPU second (median, lowest, highest of five) and kB a world. In a process of its own."""
+def measure(engine: str, worlds: int, seconds: float, threads: int) -> tuple[float, float, float, float]:
+    """Environment steps a second (median, lowest, highest of five) and kB a world. In a process of its own."""
+    clock = time.process_time if threads == 1 else time.perf_counter
     pushes = push_impulses(np.random.default_rng(0), 64 * worlds).reshape(64, worlds, 3)
-    ENGINES[engine](1)[0](pushes[0, :1])  # imports and compiles
+    ENGINES[engine](1, 1)[0](pushes[0, :1])  # imports and compiles
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    step, reset = ENGINES[engine](worlds)
+    step, reset = ENGINES[engine](worlds, threads)
     for number in range(WARM):
         step(pushes[number])
     memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / worlds
     rates, age = [], WARM
     for _ in range(5):
-        done, start = 0, time.process_time()
-        while done == 0 or time.process_time() - start < seconds / 5:
+        done, start = 0, clock()
+        while done == 0 or clock() - start < seconds / 5:
             if age == EPISODE:
                 reset()
                 age = 0
             step(pushes[age % 64])
             done, age = done + 1, age + 1
-        rates.append(done * worlds / (time.process_time() - start))
+        rates.append(done * worlds / (clock() - start))
     return float(np.median(rates)), min(rates), max(rates), memory
 
 
-def _answer(pipe: Any, engine: str, worlds: int, seconds: float) -> None:
+def _answer(pipe: Any, engine: str, worlds: int, seconds: float, threads: int) -> None:
     try:
-        pipe.send(measure(engine, worlds, seconds))
+        pipe.send(measure(engine, worlds, seconds, threads))
     except ImportError as error:
         pipe.send(str(error))
 
 
-def rows(engines: list[str], counts: list[int], seconds: float) -> Iterator[tuple[str, int, Any]]:
+def rows(engines: Sequence[str], counts: Sequence[int], seconds: float, threads: int) -> Iterator[tuple[str, int, Any]]:
     """Engine, worlds, and what ``measure`` found, or why it could not."""
     context = multiprocessing.get_context("spawn")
     for engine in engines:
         for worlds in counts:
-            if worlds > ONE_BY_ONE and engine in ("PyBullet", "Rapier"):
+            if worlds > ONE_BY_ONE and engine in NO_BATCHES:
                 continue
-            mine, theirs = context.Pipe()
-            child = context.Process(target=_answer, args=(theirs, engine, worlds, seconds))
-            child.start()
-            theirs.close()
-            try:
-                yield engine, worlds, mine.recv()
-            except EOFError:
-                yield engine, worlds, "the process died"
-            child.join()
+            children = []
+            for _ in range(threads if engine in NO_BATCHES else 1):
+                mine, theirs = context.Pipe()
+                child = context.Process(target=_answer, args=(theirs, engine, worlds, seconds, threads))
+                child.start()
+                theirs.close()
+                children.append((child, mine))
+            found: list[Any] = []
+            for child, mine in children:
+                try:
+                    found.append(mine.recv())
+                except EOFError:
+                    found.append("the process died")
+                child.join()
+            failed = [one for one in found if isinstance(one, str)]
+            # What runs at once adds up; memory is that of one.
+            yield engine, worlds, failed[0] if failed else (*map(sum, list(zip(*found, strict=True))[:3]), found[0][3])
+
+
+def plot(found: dict[str, dict[int, float]], unit: str, path: Path) -> None:
+    """Environment steps a second against worlds, a line an engine; engines without batches go on as they are."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
+    for engine, rates in found.items():
+        axes.plot(list(rates), list(rates.values()), "o-", markersize=4, label=engine)
+    axes.set(xscale="log", yscale="log", xlabel="worlds", ylabel=f"environment steps per {unit}")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+
+
+def report(engines: Sequence[str], counts: Sequence[int], seconds: float, threads: int, picture: Path | None) -> None:
+    """Print a table, and draw it."""
+    unit = "CPU s" if threads == 1 else f"s on {threads} cores"
+    print(
+        f"{'engine':12s} {'worlds':>7s} {'env steps per ' + unit:>26s} {'spread':>21s} {'body steps':>12s}"
+        f" {'kB a world':>11s}"
+    )
+    rates: dict[str, dict[int, float]] = {}
+    for engine, worlds, found in rows(engines, counts, seconds, threads):
+        if isinstance(found, str):
+            print(f"{engine:12s} {worlds:7d} {found}")
+            continue
+        rate, low, high, memory = found
+        rates.setdefault(engine, {})[worlds] = rate
+        print(
+            f"{engine:12s} {worlds:7d} {rate:26,.0f} {low:10,.0f}-{high:10,.0f} {rate * PUSH_STEPS * BODIES:12,.0f}"
+            f" {memory:11.1f}",
+            flush=True,
+        )
+    if picture is not None:
+        plot(rates, unit, picture)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", nargs="+", type=int, default=list(WORLDS))
     parser.add_argument("--engines", nargs="+", choices=ENGINES, default=list(ENGINES))
-    parser.add_argument("--seconds", type=float, default=0.5, help="CPU time of a measurement, at least one step")
+    parser.add_argument("--seconds", type=float, default=0.5, help="time of a measurement, at least one step")
+    parser.add_argument("--threads", type=int, default=1, help="so many cores, by the clock")
+    parser.add_argument("--plot", type=Path, help="write a picture to this file")
     arguments = parser.parse_args()
-    print(f"{'engine':12s} {'worlds':>7s} {'env steps per CPU s':>20s} {'spread':>21s} {'kB a world':>11s}")
-    for engine, worlds, found in rows(arguments.engines, arguments.worlds, arguments.seconds):
-        if isinstance(found, str):
-            print(f"{engine:12s} {worlds:7d} {found}")
-            continue
-        rate, low, high, memory = found
-        print(f"{engine:12s} {worlds:7d} {rate:20,.0f} {low:10,.0f}-{high:10,.0f} {memory:11.1f}", flush=True)
+    report(arguments.engines, arguments.worlds, arguments.seconds, arguments.threads, arguments.plot)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,9 @@
-"""What a step costs, how much memory a world takes, and how long a cold or a warm start lasts.
+"""What a step costs, beside the others, how much memory a world takes, and how long a cold or a warm start lasts.
 
-    python -m benchmarks.throughput [--repeats 5] [--quick]
+    python -m benchmarks.throughput [--repeats 5] [--quick] [--plot docs/figures/batches.svg]
+
+The environments, single and batched; batches of the small push scene beside MuJoCo, PyBullet and Rapier, on one core
+and on all (benchmarks/batch.py); memory and starts. ``--quick`` leaves out the last three.
 
 Times are CPU seconds of this process (or of a fresh one, for starts), the median of several repeats. Run it on a quiet
 machine, and compare ratios rather than figures of different machines.
@@ -18,12 +21,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import gymnasium
 import numpy as np
 
 import avalanche_gym
 from avalanche_gym import physics
+
+from . import batch
 
 IDS = ("avalanche/PushTerrain-v0", "avalanche/PlanetLanding-v0")
 
@@ -137,7 +143,8 @@ def memory(env_id: str, num_envs: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="leave out memory and starts")
+    parser.add_argument("--quick", action="store_true", help="leave out the other engines, memory and starts")
+    parser.add_argument("--plot", type=Path, help="write a picture of the batches to this file")
     arguments = parser.parse_args()
     print(f"avalanche_gym {avalanche_gym.__version__}, Python {platform.python_version()}, {platform.machine()}")
     python_edge(arguments.repeats)
@@ -147,6 +154,8 @@ def main() -> None:
         for num_envs in (256, 1024):
             batched(env_id, num_envs, arguments.repeats, 60)
     if not arguments.quick:
+        batch.report(tuple(batch.ENGINES), batch.WORLDS, 0.5, 1, arguments.plot)
+        batch.report(tuple(batch.ENGINES), (256,), 0.5, os.cpu_count() or 1, None)
         memory(IDS[0], 4096)
         starts()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
