@@ -58,10 +58,6 @@ def part_overlaps(address, workspace_address, world, count):
     looked_at = table(workspace.waits, header.num_bodies, np.int64)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     before = table(workspace.predicted, header.num_bodies, BODY_STATE)
-    for index in range(header.num_bodies):
-        looked_at[index] = marks[index]
-        before[index] = ends[index]
-    num_found = np.int64(0)
     for _ in range(ROUNDS):
         num_pairs = _find_pairs_at_end(address, workspace_address, world)
         if 2 * num_pairs > workspace.pairs_size:
@@ -76,11 +72,13 @@ def part_overlaps(address, workspace_address, world, count):
         if num_found > workspace.contacts_size:
             workspace.detail = num_found
             return CONTACTS_FULL
-        if enough or not _sweep_apart(header, workspace, world, num_found, marks):
-            break
         for index in range(header.num_bodies):
-            looked_at[index] = max(looked_at[index], marks[index])
-    _measure_again(header, workspace, world, count, num_found, before, looked_at)
+            looked_at[index] = marks[index]
+            before[index] = ends[index]
+        far = not enough and _sweep_apart(header, workspace, world, num_found, marks)
+        _measure_again(header, workspace, world, count, num_found, before, looked_at)
+        if not far:
+            break
     return OK
 
 
@@ -229,9 +227,9 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
 
 @kernel
 def _sweep_apart(header, workspace, world, num_found, marks):
-    """Move the bodies at the end of the step until the contacts found there are open, and mark those that move.
+    """Move the bodies at the end of the step until the contacts found there are open.
 
-    Returns whether one went so far that it may have met what was not found.
+    Marks those that went so far that they may have met what was not found; returns whether there are any.
     """
     bodies = bodies_of(header, world)
     rest = rest_of(header, world)
@@ -281,9 +279,10 @@ def _sweep_apart(header, workspace, world, num_found, marks):
             moved, turned = vec3.load(nodes[index].moved), vec3.load(nodes[index].turned)
             if vec3.norm_squared(moved) + vec3.norm_squared(turned) > 0.0:
                 shift(bodies[index], ends[index], moved, turned)
-                marks[index] = 1
                 way = vec3.norm(moved) + bodies[index].radius * vec3.norm(turned)
-                far = far or way > 0.5 * NEAR * bodies[index].size
+                if way > 0.5 * NEAR * bodies[index].size:
+                    marks[index] = 1
+                    far = True
     return far
 
 
@@ -314,7 +313,8 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
         contact = contacts[index]
         a = contact.body_a
         b = contact.body_b
-        if looked_at[a] + looked_at[b] == 0 and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
+        looked = looked_at[a] + looked_at[b] > 0
+        if not looked and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
             worst = max(worst, -contact.gap)
             continue
         same = chains[chain_of(bodies, contact.body_a, contact.body_b) % chains.shape[0]]
@@ -330,8 +330,9 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
                 before[a], ends[a], turn_between(before[a], ends[a]),
                 before[b], ends[b], turn_between(before[b], ends[b]),
             )  # fmt: skip
-            # Overlap along a normal that no longer counts is none.
-            contact.gap = max(contact.gap, 0.0)
+            if looked:
+                # Overlap along a normal that no longer counts is none.
+                contact.gap = max(contact.gap, 0.0)
         worst = max(worst, -contact.gap)
     for index in range(num_found):
         worst = max(worst, -found[index].gap)
