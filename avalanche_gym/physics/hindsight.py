@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from .contacts.matching import chain_of
-from .contacts.prediction import SLACK, gap_change, turn_between, turned_gap_change
+from .contacts.prediction import SLACK, turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
@@ -75,7 +75,7 @@ def part_overlaps(address, workspace_address, world, count):
         for index in range(header.num_bodies):
             looked_at[index] = marks[index]
             before[index] = ends[index]
-        far = not enough and _sweep_apart(header, workspace, world, num_found, marks)
+        far = not enough and _sweep_apart(header, workspace, world, count, num_found, marks)
         _measure_again(header, workspace, world, count, num_found, before, looked_at)
         if not far:
             break
@@ -226,7 +226,7 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
 
 
 @kernel
-def _sweep_apart(header, workspace, world, num_found, marks):
+def _sweep_apart(header, workspace, world, count, num_found, marks):
     """Move the bodies at the end of the step until the contacts found there are open.
 
     Marks those that went so far that they may have met what was not found; returns whether there are any.
@@ -238,6 +238,10 @@ def _sweep_apart(header, workspace, world, num_found, marks):
     found = table(workspace.recent, workspace.recent_size, CONTACT)
     rows = table(workspace.pile_rows, workspace.pile_rows_size, PILE_ROW)
     nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
+    listed = table(workspace.kept if workspace.waiting > 0 else workspace.contacts, workspace.contacts_size, CONTACT)
+    chains = table(workspace.bound, header.num_bodies, np.int64)
+    following = table(workspace.order, workspace.order_size, np.int64)
+    _chain(bodies, listed, count, chains, following)
     last = header.num_bodies
     stand_still(nodes[last])
     for index in range(last):
@@ -262,10 +266,17 @@ def _sweep_apart(header, workspace, world, num_found, marks):
         vec3.store(row.prescribed, vec3.ZERO)
         row.gap = contact.gap
         # What was deep before the step goes on parting at its pace (response/overlap.py).
-        start_gap = contact.gap + gap_change(
-            contact, point, normal, contact.gap, ends[a], states[a], ends[b], states[b]
-        )
-        row.floor = min(start_gap + SLACK * contact.size, 0.0)
+        start_gap = 0.0
+        same = chains[chain_of(bodies, a, b) % chains.shape[0]]
+        while same >= 0:
+            # What a part of the step began with was made within the step.
+            whole = listed[same].span == header.time_step
+            if whole and listed[same].body_a == a and listed[same].body_b == b:
+                start_gap = min(start_gap, listed[same].start_gap)
+            same = following[same]
+        way = header.time_step * (_speed(bodies[a], states[a]) + _speed(bodies[b], states[b]))
+        # Overlap that motion made is undone at once.
+        row.floor = min(start_gap + SLACK * contact.size, 0.0) if way <= SLACK * contact.size else 0.0
         row.push = 0.0
         enough = min(enough, 0.1 * SHALLOW * contact.size)
         prepare_response(row, nodes)
@@ -287,6 +298,25 @@ def _sweep_apart(header, workspace, world, num_found, marks):
 
 
 @kernel
+def _speed(body, state):
+    """[m/s] of the fastest point of a body; ground counts as at rest."""
+    if body.motion != DYNAMIC:
+        return 0.0
+    return vec3.norm(vec3.load(state.velocity)) + body.radius * vec3.norm(vec3.load(state.angular_velocity))
+
+
+@kernel
+def _chain(bodies, contacts, count, chains, following):
+    """Lead from the bodies of a contact to all contacts between them (matching.chain_of)."""
+    for chain in range(chains.shape[0]):
+        chains[chain] = -1
+    for index in range(count):
+        chain = chain_of(bodies, contacts[index].body_a, contacts[index].body_b) % chains.shape[0]
+        following[index] = chains[chain]
+        chains[chain] = index
+
+
+@kernel
 def _moved(before, after):
     change = vec3.sub(vec3.load(after.center), vec3.load(before.center))
     turn = turn_between(before, after)
@@ -302,12 +332,7 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
     found = table(workspace.recent, workspace.recent_size, CONTACT)
     chains = table(workspace.bound, header.num_bodies, np.int64)
     following = table(workspace.order, workspace.order_size, np.int64)
-    for chain in range(chains.shape[0]):
-        chains[chain] = -1
-    for index in range(num_found):
-        chain = chain_of(bodies, found[index].body_a, found[index].body_b) % chains.shape[0]
-        following[index] = chains[chain]
-        chains[chain] = index
+    _chain(bodies, found, num_found, chains, following)
     worst = 0.0
     for index in range(count):
         contact = contacts[index]
