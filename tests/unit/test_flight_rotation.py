@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from avalanche_gym import physics
 from avalanche_gym.physics.integrator import euler_top
 from avalanche_gym.physics.integrator.flight import flow_class
 from avalanche_gym.physics.model import FLOW_SPHERE, FLOW_SYMMETRIC, FLOW_TRIAXIAL
@@ -252,3 +253,16 @@ def test_period_of_the_pendulum_limits():
     assert euler_top.period((0.0, 1.0, 1.0)) == pytest.approx(2 * math.pi, rel=1e-15)
     assert euler_top.period((0.0, 1.0, 0.5)) == pytest.approx(4 * 1.854074677301372, rel=1e-15)
     assert euler_top.period((0.0, 1.0, 0.0)) == math.inf
+
+
+@pytest.mark.parametrize("shape", [physics.Cylinder(0.05, 0.17), physics.Sphere(0.1), physics.Box((0.1, 0.2, 0.05))])
+@pytest.mark.parametrize("spin", [30.0, 80.0, 180.0, 1000.0])
+def test_fast_spins_stay_unit_turns(shape, spin):
+    """Whole turns in a step: an error of the length of the quaternion must not grow from step to step."""
+    scene = physics.Scene()
+    body = scene.add_body(shape, mass=1.0, angular_velocity=(0.15 * spin, -0.07 * spin, spin))
+    world = physics.World(scene, options=physics.Options(time_step=1 / 30))
+    energy = world.kinetic_energy()[0]
+    world.step(600)
+    assert np.linalg.norm(world.orientation[0, body]) == pytest.approx(1.0, abs=1e-14)
+    assert world.kinetic_energy()[0] == pytest.approx(energy, rel=1e-12)

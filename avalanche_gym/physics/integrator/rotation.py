@@ -31,13 +31,16 @@ def turn(vector):
 
 @kernel
 def add_normalized(q, change):
-    """q + change, drawn back to unit length to first order of the error of |q|^2: no drift, and no second rounding."""
+    """q + change, drawn back to unit length to first order of the error of |q|^2: no drift, and no second rounding.
+
+    Along the new direction: along q itself a turn by more than half a circle would drive it away.
+    """
     s = 0.5 * ((1.0 - q[0] * q[0]) - q[1] * q[1] - q[2] * q[2] - q[3] * q[3])
     return (
-        q[0] + (change[0] + s * q[0]),
-        q[1] + (change[1] + s * q[1]),
-        q[2] + (change[2] + s * q[2]),
-        q[3] + (change[3] + s * q[3]),
+        q[0] + (change[0] + s * (q[0] + change[0])),
+        q[1] + (change[1] + s * (q[1] + change[1])),
+        q[2] + (change[2] + s * (q[2] + change[2])),
+        q[3] + (change[3] + s * (q[3] + change[3])),
     )
 
 
@@ -71,7 +74,8 @@ def advance_symmetric(q, momentum, inertia, time_step):
         axial = i3
         transverse = 0.5 * (i1 + i2)
         e = (0.0, 0.0, 1.0)
-    e = quat.rotate(q, e)
+    # Of unit length: else the error of |q| would come back doubled.
+    e = vec3.normalize(quat.rotate(q, e))
     s = (transverse - axial) / (transverse * axial) * vec3.dot(momentum, e)
     # The turn in the body, seen from the world, is one about the axis where it lies at the start.
     c_body, s_body = half_turn(0.5 * time_step * s)
