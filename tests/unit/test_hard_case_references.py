@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.special import ellipj
 
-from avalanche_gym.physics.scenes import HARD_CASES, bounces, flight, friction, terrain, tops
+from avalanche_gym.physics.scenes import HARD_CASES, bounces, flight, friction, terrain, tops, travelling_wave
 from avalanche_gym.physics.scenes import flight_reference as exact
 from avalanche_gym.physics.scenes.case import GRAVITY, Recording, angle_between, rotation_matrices
 from tests.oracles.top_oracle import top_motion
@@ -268,3 +268,18 @@ def test_tippe_tops_slide_over_or_roll():
     assert math.isinf(time)
     assert lowest == pytest.approx(math.cos(tops.ROLLING_TOP[1]), abs=1e-9)
     assert [mode for mode, _ in phases] == ["slides", "rolls"]
+
+
+def test_a_ball_on_the_wave_keeps_its_energy_as_the_wave_sees_it():
+    """Seen from the wave the ground stands still; and the centre is a radius from the ground, along its normal."""
+    times = np.linspace(0.0, 3.0, 3001)
+    x, z = travelling_wave.motion(tuple(times.tolist()))
+    seen = x - travelling_wave.SPEED * times
+    speed = [np.gradient(values, times, edge_order=2) for values in (seen, z)]
+    energy = (0.5 * (speed[0] ** 2 + speed[1] ** 2) + GRAVITY * z)[5:-5]
+    assert np.ptp(energy) < 1e-6
+    line = np.linspace(-1.0, 1.0, 20001)
+    ground = -travelling_wave.AMPLITUDE * np.cos(travelling_wave.WAVENUMBER * line)
+    for place in (seen[0], z[0]), (seen[700], z[700]):
+        apart = np.hypot(line - place[0], ground - place[1]).min()
+        assert apart == pytest.approx(travelling_wave.RADIUS, abs=1e-8)

@@ -1,6 +1,19 @@
 """Scenes with known answers, shared by tests, benchmarks, viewer and the adapters of other engines."""
 
-from . import bounces, concave, cradle, flight, friction, invariance, piles, stacks, terrain, tops, tunnelling
+from . import (
+    bounces,
+    concave,
+    cradle,
+    flight,
+    friction,
+    invariance,
+    piles,
+    stacks,
+    terrain,
+    tops,
+    travelling_wave,
+    tunnelling,
+)
 from .case import Actuated, Companion, HardCase, Recording, Unbuilt
 
 HARD_CASES: dict[str, HardCase] = {
@@ -12,6 +25,7 @@ HARD_CASES: dict[str, HardCase] = {
         cradle,
         stacks,
         terrain,
+        travelling_wave,
         concave,
         tunnelling,
         tops,
@@ -21,9 +35,6 @@ HARD_CASES: dict[str, HardCase] = {
     for case in theme.CASES
 }
 
-UNBUILT = (
-    Unbuilt(23, "A settled body sleeps", "not a scene to be measured; tests/unit/test_sleeping.py holds it"),
-    Unbuilt(24, "A body on a wave that travels along the carpet", "no reference for the motion over a curved wave yet"),
-)
+UNBUILT = (Unbuilt(23, "A settled body sleeps", "not a scene to be measured; tests/unit/test_sleeping.py holds it"),)
 
 __all__ = ["HARD_CASES", "UNBUILT", "Actuated", "Companion", "HardCase", "Recording", "Unbuilt"]
