@@ -47,7 +47,7 @@ def motion(times: tuple[float, ...]) -> NDArray[np.float64]:
     """(2, n) [m] x and z of the centre at ``times`` [s]."""
     from scipy.integrate import solve_ivp
 
-    def rates(_: float, state: NDArray[np.float64]) -> list[float]:
+    def rates(time: float, state: NDArray[np.float64]) -> list[float]:
         _, first, second = center(state[0])
         pull = -(first @ second) * state[1] ** 2 - GRAVITY * first[1]
         return [state[1], pull / (first @ first)]
@@ -71,7 +71,7 @@ def carried(surface: str) -> Scene:
     frictionless = Material(friction=0.0)
     scene = Scene()
     scene.add_field(UniformGravity((0.0, 0.0, -GRAVITY)))
-    ground = HeightField(heights(0.0), (WIDTH, DEPTH), surface=surface)  # type: ignore[arg-type]
+    ground = HeightField(heights(0.0), (WIDTH, DEPTH), surface=surface)
     scene.add_body(ground, motion="kinematic", material=frictionless)
     (x, z), (dx, dz), _ = center(np.array(START))
     scene.add_body(
