@@ -88,6 +88,16 @@ class Report:
         lines += [[str(gap.number), gap.title, "", f"not built: {gap.lacking}", *blank] for gap in UNBUILT]
         return table(["#", "case", "passes at", *self.names], lines)
 
+    def own_failures(self) -> str:
+        """Cases that our default does not survive, and why."""
+        lines = []
+        for case in self.cases():
+            row = self.at(case.name, self.names[0], VERDICT_RATE)
+            text = verdict(case, row) if row else "not run"
+            if not text.startswith("pass"):
+                lines.append(f"- {case.title}: {text}. {REMARKS.get(case.name, '')}".rstrip())
+        return "\n".join(lines) + "\n" if lines else "None.\n"
+
     def orders(self) -> str:
         lines = []
         for case in self.cases():
@@ -270,6 +280,7 @@ class Report:
             settings=settings,
             stand=self.stand(),
             verdicts=self.verdicts(),
+            own_failures=self.own_failures(),
             statistics=self.statistics(),
             thresholds=self.thresholds(),
             orders=self.orders(),
@@ -333,11 +344,14 @@ smaller and the cost decides.
 {stand}
 ## Verdicts on the hard cases
 
-At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine has no such
-shape or feature. Input that must be refused is put to the peers past the checks of our scene description; an engine
-that takes it fails.
+At a step of 1/{rate} s for every engine, ours with the default options. "Cannot" means that the engine, or its Python
+binding, has no such shape or feature. Input that must be refused is put to the peers past the checks of our scene
+description; an engine that takes it fails.
 
 {verdicts}
+What we do not survive:
+
+{own_failures}
 ## Chaotic scenes
 
 Invariants and statistics at 1/{rate} s. Overlaps of bodies [m] are measured for every engine by MuJoCo's

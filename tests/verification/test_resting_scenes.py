@@ -197,3 +197,14 @@ def test_deep_overlap_parts_at_a_bounded_pace_and_is_reported(mass, sleeping):
         assert world.report().penetration[0] == pytest.approx(max(0.1 - 1e-3 * step, 0.0), abs=1e-7)
         assert world.kinetic_energy()[0] < 1e-12
     assert world.position[0, upper, 2] == pytest.approx(0.3, abs=1e-7)
+
+
+@pytest.mark.parametrize("rate", [30, 60, 120, 960])
+@pytest.mark.parametrize("name", ["stack_heavy", "table", "card_house"])
+def test_what_is_placed_at_rest_stands_from_the_first_step_on(name, rate):
+    """Without a warm start the solver takes what it needs, in islands of any size."""
+    world = physics.World(HARD_CASES[name].scene(), options=physics.Options(time_step=1 / rate))
+    start = world.position.copy()
+    world.step(30)
+    assert world.report().residual[0] <= 1e-10
+    np.testing.assert_allclose(world.position, start, rtol=0.0, atol=1e-12)

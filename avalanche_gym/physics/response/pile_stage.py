@@ -73,6 +73,15 @@ def _hardly_moves(bodies, starts, time_step, members, first_body, last_body):
 
 
 @kernel
+def _any_loaded(contacts, order, first, last):
+    """Whether a contact brings an impulse along. Without, what stands there was placed, and may need all it takes."""
+    loaded = False
+    for index in range(first, last):
+        loaded = loaded or vec3.norm_squared(vec3.load(contacts[order[index]].impulse)) > 0.0
+    return loaded
+
+
+@kernel
 def _exact_is_due(memory, tolerance):
     """Whether the exact tier is to try an island now; ``memory`` is the REST record of its first body."""
     if memory.tried == 1:
@@ -131,7 +140,9 @@ def step_pile(address, workspace_address, world, island):
             report.residual = max(report.residual, residual)
             return 1
     if (quiet or rings < RINGS * num_bodies) and _exact_is_due(memory, header.tolerance):
-        workspace.budget = min(WARM_BUDGET, header.max_iterations)
+        workspace.budget = header.max_iterations
+        if not quiet or _any_loaded(contacts, order, first, last):
+            workspace.budget = min(WARM_BUDGET, header.max_iterations)
         return 0
     residual = step_pile_island(
         bodies, starts, flown, workspace.span, header.substeps, contacts, order, first, last, members, first_body,
