@@ -194,10 +194,9 @@ class Storage:
             header["part_overlaps"] = hindsight.part_overlaps.address
             header["follow_contacts"] = detection.follow_contacts.address
             self._watch_seams()
-            if options.events:
-                header["step_groups"] = groups.step_groups.address
-                header["find_impact_time"] = impact_time.find_impact_time.address
-                header["strike"] = response.strike.address
+            header["step_groups"] = groups.step_groups.address
+            header["find_impact_time"] = impact_time.find_impact_time.address
+            header["strike"] = response.strike.address
 
     def choose_tiers(self) -> None:
         """The pile tier is there for worlds of many bodies; call it when bodies have come or gone."""

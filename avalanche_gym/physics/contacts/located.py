@@ -18,6 +18,9 @@ from .prediction import OVERLAP, THICKNESS, swing, wander
 # Landings of an island that are located: none, those whose normal turns as the bodies pass each other, those of bodies
 # that nothing bears, all.
 NONE, ROUND, FLYING, ALL = 0, 1, 2, 3
+# Plain time stepping: only what swings its far end past the thinner body, since what flies straight at it is met along
+# its normal before it is through.
+SWINGING = -1
 # A landing is located if, taken at the end of the step, it would leave more than this share of the body's size.
 WORTH = 1e-4
 
@@ -69,13 +72,14 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         if contact.start_gap <= OVERLAP * contact.size:
             strikes = strikes or comes
         far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
-        if contact.restitution > 0.0 and not strikes and not _touch(contacts, order, first, last, a, b):
+        bounces = contact.restitution > 0.0 and landings != SWINGING
+        if bounces and not strikes and not _touch(contacts, order, first, last, a, b):
             bent = wander(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
             strikes = contact.free_gap < bent
-        lively = contact.restitution > 0.0 or contact.start_gap - contact.free_gap > thick
+        lively = bounces or (landings != SWINGING and contact.start_gap - contact.free_gap > thick)
         if far > thick or (strikes and lively):
             contact.located = LIVELY
-        elif strikes and landings != NONE and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
+        elif strikes and landings > NONE and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
             if landings == ROUND:
                 worth = contact.frame == BETWEEN or contact.curved == 1
             else:

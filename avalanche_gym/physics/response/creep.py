@@ -64,11 +64,16 @@ def add_creep(starts, ends, contacts, order, first, last):
             a = contact.body_a
             b = contact.body_b
             carrier = a if contact.frame == ON_A else b
-            creep = quat.rotate_inverse(quat.load(starts[carrier].orientation), vec3.load(contact.creep))
-            creep = quat.rotate(quat.load(ends[carrier].orientation), creep)
             point = vec3.load(contact.start_position)
-            creep = vec3.add(creep, point_displacement(starts[b], ends[b], point))
-            creep = vec3.sub(creep, point_displacement(starts[a], ends[a], point))
+            moved = point_displacement(starts[b], ends[b], point)
+            moved = vec3.sub(moved, point_displacement(starts[a], ends[a], point))
+            before = quat.load(starts[carrier].orientation)
+            after = quat.load(ends[carrier].orientation)
+            if vec3.norm_squared(moved) == 0.0 and before == after:
+                # To the last bit: turning it to and fro would change that.
+                continue
+            creep = quat.rotate(after, quat.rotate_inverse(before, vec3.load(contact.creep)))
+            creep = vec3.add(creep, moved)
             normal = vec3.load(contact.end_normal)
             creep = vec3.add_scaled(creep, -vec3.dot(creep, normal), normal)
         vec3.store(contact.creep, creep)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..contacts.coherence import forget_place, note_place
 from ..contacts.islands import find_islands
-from ..contacts.located import ALL, FLYING, NONE, ROUND, any_lasts, located_last, mark_located
+from ..contacts.located import ALL, FLYING, NONE, ROUND, SWINGING, any_lasts, located_last, mark_located
 from ..contacts.matching import match_contacts
 from ..contacts.prediction import measure_end, newly_loaded, predict_contacts, sort_out
 from ..contacts.sleeping import touch_sleepers
@@ -212,8 +212,10 @@ def _step_exactly(address, workspace_address, world, island, struck):
     report = report_of(header, world)
     located = 0
     doubtful = False
-    if header.events == 1 and workspace.part != LAST:
-        landings = _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body)
+    if workspace.part != LAST:
+        landings = SWINGING
+        if header.events == 1:
+            landings = _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body)
         bound = table(workspace.bound, header.num_bodies, np.int64)
         located = mark_located(
             bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
@@ -224,7 +226,7 @@ def _step_exactly(address, workspace_address, world, island, struck):
             located = LIVELY
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
-            struck = sort_out(time_step, contacts, order, first, last, header.time_step)
+            struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
         table(workspace.waits, workspace.waits_size, np.int64)[island] = located
         # What rests may never get to where it would fall without its support: first it is seen whether it does.
         doubtful = lands and workspace.part == WHOLE and not struck
