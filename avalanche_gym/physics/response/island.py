@@ -1,0 +1,251 @@
+"""One island of bodies over a step, or a part of it: by the pile tier, or exactly, smooth or struck."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..contacts.located import ALL, FLYING, NONE, ROUND, SWINGING, any_lasts, located_last, mark_located
+from ..contacts.prediction import measure_end, newly_loaded, sort_out
+from ..jit import call_stage, kernel, stage
+from ..memory import bodies_of, colliders_of, header_at, report_of, rest_of, starts_of, table, workspace_at
+from ..model import BODY_STATE, CONTACT, DULL, LAST, LEAST_BODIES, LIVELY, MESH, PLANE, TO_IMPACT, WHOLE
+from ..solver.exact import NEEDS_MEMORY
+from ..solver.workspace import ROW
+from .creep import add_creep, note_sticking
+from .impact import acts_at_once, end_impact, end_rebound, prepare_impact, prepare_rebound
+from .lasting import end_lasting, prepare_lasting
+from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
+from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, predict_places
+from .solving import FULL, GAVE_UP, SOLVED, solve_velocities, solver_memory
+from .standing import keep_standing, note_standing, stands_still
+from .stillness import let_rest
+
+# Islands of so many bodies are stopped for all that they strike.
+PAIR = 2
+
+
+@stage
+def step_islands(address, workspace_address, world):
+    """From contacts to the states at the end of this part of the step (``ends``); return False if the solver needs
+    more memory.
+    """
+    workspace = workspace_at(workspace_address)
+    workspace.waiting = 0
+    for island in range(workspace.num_islands):
+        if not _step_island(address, workspace_address, world, island):
+            return 0
+    return 1
+
+
+@kernel
+def _step_island(address, workspace_address, world, island):
+    """Advance the bodies of one island to the end of this part; return False if the solver needs more memory."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    if workspace.part == WHOLE and stands_still(contacts, order, first, last):
+        _stand(address, workspace_address, world, island)
+        return True
+    struck = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
+    workspace.budget = header.max_iterations
+    if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
+        return True
+    outcome = _step_exactly(address, workspace_address, world, island, struck)
+    if outcome == GAVE_UP:
+        call_stage(header.step_pile, address, workspace_address, world, island)
+    return outcome != FULL
+
+
+@kernel
+def _stand(address, workspace_address, world, island):
+    """The step of an island that it leaves as it is."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    starts = starts_of(header, workspace)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    first_body, last_body = _range(workspace.body_starts, island)
+    worst = keep_standing(starts, contacts, order, first, last, members, first_body, last_body, ends)
+    table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
+    report = report_of(header, world)
+    report.residual = max(report.residual, rest_of(header, world)[members[first_body]].residual)
+    report.penetration = max(report.penetration, worst)
+
+
+@kernel
+def _step_exactly(address, workspace_address, world, island, struck):
+    """The same by the exact tier: SOLVED, FULL if the solver needs more memory, or GAVE_UP, and nothing was done."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    starts = starts_of(header, workspace)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
+    predicted = table(workspace.predicted, header.num_bodies, BODY_STATE)
+    working = table(workspace.working, header.num_bodies, BODY_STATE)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    sums = table(workspace.sums, (header.num_bodies, 6), np.float64)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    order = table(workspace.order, workspace.order_size, np.int64)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    first, last = _range(workspace.island_starts, island)
+    first_body, last_body = _range(workspace.body_starts, island)
+    time_step = workspace.span
+    report = report_of(header, world)
+    located = 0
+    doubtful = False
+    if workspace.part != LAST:
+        landings = SWINGING
+        if header.events == 1:
+            landings = _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body)
+        bound = table(workspace.bound, header.num_bodies, np.int64)
+        located = mark_located(
+            bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
+        )
+        lands = located == DULL
+        if lands and last_body - first_body > 1 and header.step_pile == 0:
+            # Not only stopped: a body may be set going, and meet others. In a crowd it does so in the next step.
+            located = LIVELY
+        if workspace.part == TO_IMPACT:
+            last = located_last(contacts, order, first, last)
+            struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
+        table(workspace.waits, workspace.waits_size, np.int64)[island] = located
+        # What rests may never get to where it would fall without its support: first it is seen whether it does.
+        doubtful = lands and workspace.part == WHOLE and not struck
+        doubtful = doubtful and any_lasts(contacts, order, first, last)
+        if located > 0 and not doubtful:
+            workspace.waiting += 1
+            if workspace.part == WHOLE:
+                return SOLVED
+        if last == first:
+            return SOLVED
+    expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
+    foreseen = False
+    predictions = 0
+    while not (struck or foreseen):
+        predict_places(
+            bodies, starts, flown, ends, time_step, contacts, order, first, last, members, first_body, last_body,
+            predicted, working,
+        )  # fmt: skip
+        if asks(contacts, order, first, last):
+            call_stage(header.follow_contacts, address, workspace_address, world, first, last)
+        struck = closes(contacts, order, first, last, time_step, predictions)
+        if struck:
+            break
+        prepare_lasting(
+            bodies, flown, time_step, header.time_step, contacts, order, first, last, sums, members, first_body,
+            last_body, predicted, working, ends,
+        )  # fmt: skip
+        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+        if outcome != SOLVED:
+            return outcome
+        struck = newly_loaded(contacts, order, first, last)
+        if struck:
+            break
+        end_lasting(
+            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+            working, ends,
+        )  # fmt: skip
+        predictions += 1
+        foreseen = predictions == MOST_PREDICTIONS or came_true(predicted, ends, contacts, order, first, last)
+    if doubtful:
+        if struck:
+            workspace.waiting += 1
+            return SOLVED
+        table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
+    places = predicted
+    if not struck:
+        rows = table(workspace.solver_rows, workspace.solver_rows_size, ROW)
+        note_sticking(time_step, contacts, order, first, last, rows)
+        let_rest(
+            bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body, ends
+        )  # fmt: skip
+    else:
+        places = starts
+        prepare_impact(
+            bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
+            working,
+        )  # fmt: skip
+        acts_at_once(contacts, order, first, last)
+        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+        if outcome != SOLVED:
+            return outcome
+        end_impact(
+            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body, ends
+        )
+        if header.restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
+            outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+            if outcome != SOLVED:
+                return outcome
+            end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
+    worst = measure_end(places, ends, contacts, order, first, last)
+    projected = False
+    if overlaps(contacts, order, first, last):
+        rows, nodes, _, index = solver_memory(workspace)
+        prepare_projection(
+            bodies, ends, contacts, order, first, last, members, first_body, last_body, rows, nodes, index
+        )
+        workspace.tolerance = PROJECTION_TOLERANCE
+        workspace.budget = header.max_iterations
+        own, num_bodies = last - first, last_body - first_body
+        if call_stage(header.solve_problem, address, workspace_address, own, num_bodies) == NEEDS_MEMORY:
+            return FULL
+        report.iterations += workspace.iterations
+        push_apart(bodies, nodes, members, first_body, last_body, ends)
+        projected = True
+        worst = measure_end(places, ends, contacts, order, first, last)
+    if not struck:
+        add_creep(starts, ends, contacts, order, first, last)
+        certified = predictions == 1 and not projected and workspace.part == WHOLE and workspace.iterations == 0
+        note_standing(certified, starts, ends, contacts, order, first, last, members, first_body, last_body)
+    # What is still to be located has been left out: where that leads is not what happens.
+    if workspace.part != TO_IMPACT or located == 0:
+        report.penetration = max(report.penetration, worst)
+    return SOLVED
+
+
+@kernel
+def _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body):
+    """Which impacts without rebound of an island are worth the cost of stopping it: NONE, ROUND, FLYING or ALL of them.
+
+    In a world of few bodies those of an island in flight, of what comes flying to one that rests, and all that a body
+    alone or a pair strikes; in a crowd those of an island in flight where the normal depends on the instant.
+    """
+    num_bodies = last_body - first_body
+    if num_bodies >= LEAST_BODIES:
+        return NONE
+    if not any_lasts(contacts, order, first, last):
+        return ALL if header.step_pile == 0 else ROUND
+    if header.step_pile != 0 or _lies_on_facets(header, contacts, order, first, last):
+        return NONE
+    if num_bodies > 1:
+        for index in range(first_body, last_body):
+            if colliders_of(header)[bodies[members[index]].first_collider].shape == MESH:
+                # Meshes that touch one another strike somewhere in every step.
+                return NONE
+    return ALL if num_bodies <= PAIR else FLYING
+
+
+@kernel
+def _lies_on_facets(header, contacts, order, first, last):
+    """Whether a contact that lasts is between a mesh and ground: such a body is struck somewhere in every step."""
+    colliders = colliders_of(header)
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            one = colliders[contact.pair // colliders.shape[0]].shape
+            other = colliders[contact.pair % colliders.shape[0]].shape
+            if max(one, other) >= MESH and min(one, other) >= PLANE:
+                return True
+    return False
+
+
+@kernel
+def _range(address, number):
+    """The entries ``number`` and ``number + 1`` of a table of integers."""
+    pair = table(address + 8 * number, 2, np.int64)
+    return pair[0], pair[1]
