@@ -91,12 +91,14 @@ def time_steps(
     """CPU time of the whole motion, or of as many steps as fit in about ``seconds``; each repeat from the start.
 
     Building the scene is not counted. A first, short run warms caches and compiles what is not compiled. ``steps``
-    says how many, where that is known.
+    says how many, where that is known. Of what is too slow for that the short run is all there is.
     """
     total = round(case.duration / step)
     warm = warm_up(case, engine, step)
     spent = warm.seconds[0]
     if steps is None:
+        if spent > repeats * seconds:
+            return warm
         steps = total if spent <= 0.0 else max(warm.steps, min(total, math.ceil(seconds * warm.steps / spent)))
     return Cost(steps, tuple(_run(case, engine, step, steps) for _ in range(repeats)))
 

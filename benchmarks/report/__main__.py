@@ -63,6 +63,8 @@ def compile_text(folder: Path, arguments: argparse.Namespace) -> str:
     """Measured once, and again by a fresh run."""
     path = folder / "compile.csv"
     found = [] if arguments.fresh else read_rows(CompileCost, path)
+    if not found and arguments.page:
+        return "not measured in this call"
     if not found:
         found = [CompileCost(datetime.now(UTC).strftime("%Y-%m-%d"), compile_seconds())]
         write_rows(path, found)
@@ -74,13 +76,14 @@ def heading(command: str, started: float, arguments: argparse.Namespace, rows: l
     dates = sorted(row.date for row in rows if row.date)
     return {
         "data": f"measured from {dates[0]} to {dates[-1]} UTC; each row has its date" if dates else "none",
-        "command": f"`{command}`",
+        "command": f"`{command}`".replace("|", "/"),
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}",
         "load while it ended": f"{load:.1f} (above 1, other programs took caches and memory from what was measured)",
         "versions": f"Python {platform.python_version()}, NumPy {np.__version__}, Numba {version('numba')}",
         "compiling, once": compile_text(Path(arguments.out), arguments),
         "took": f"{(time.monotonic() - started) / 60:.1f} minutes in this call"
         + (", quick form" if arguments.quick else ""),
+        **({"note": arguments.note} if arguments.note else {}),
     }
 
 
@@ -181,7 +184,7 @@ def run(arguments: argparse.Namespace, command: str) -> None:
     if not arguments.page:
         measure_residuals(residuals, arguments)
         if not arguments.cases:
-            short = (500, 3) if arguments.quick else ()
+            short = (10, 3) if arguments.quick else ()
             write_rows(folder / "features.csv", [measure_pair(name, *short) for name in PAIRS])
             write_rows(folder / "pushes.csv", measure_pushes(engines))
     from .pages import Report  # here, so that measuring one point needs no matplotlib
@@ -207,6 +210,7 @@ def main() -> None:
     parser.add_argument("--out", default="docs/report", help="folder of the page, its plots and data")
     parser.add_argument("--seconds", type=float, help="CPU seconds a motion may take; ten times that for a verdict")
     parser.add_argument("--costs", action="store_true", help="time the rows of the file again; their errors stay")
+    parser.add_argument("--note", help="a sentence for the page on how the rows were measured")
     parser.add_argument("--page", action="store_true", help="measure nothing, write the page from the files")
     parser.add_argument("--data-only", action="store_true", help="rows of data, no page and no plots")
     parser.add_argument("--fresh", action="store_true", help="measure everything again")

@@ -116,7 +116,7 @@ def test_an_adapter_records_what_the_world_does():
     assert errors == case.errors(recording, *others)
     assert report["residual"] == expected.residual[0]
     assert whole.steps == round(case.duration * 60) and whole.seconds[0] > 0.0
-    cost = time_steps(case, our_engine(1e-6), 1 / 60, 1e-4, 2)
+    cost = time_steps(case, our_engine(1e-6), 1 / 60, 0.1, 2)
     median, low, high = cost.per_step()
     assert cost.steps <= round(case.duration * 60) and len(cost.seconds) == 2
     assert low <= median <= high
