@@ -34,10 +34,6 @@ TOUCH = 1e-4
 # A touching contact that approaches still lasts while half of what the approach does in a step is less than this
 # fraction of the smaller body: the overlap is pushed out again. Larger approaches are impacts.
 CREEP = 1e-3
-# A touching contact leaves if half of what it opens in a step is more than this fraction of the smaller body. If it
-# were held on to with an impulse r it would gain the energy r u / 2, u being the velocity at which it opens. Smaller:
-# bodies that tremble by round-off are taken to leave.
-LEAVES = 1e-4
 # A body that comes or swings closer within a step than this many half thicknesses of the thinner one may pass through
 # it: two equal bodies have passed each other after four. Smaller: fast piles are stopped at many touches.
 THICKNESS = 4.0
@@ -209,7 +205,7 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
     On entry ``persistent`` says which bore load in the last step. Spread evenly over the step, an impulse that stops
     an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows,
     the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
-    tangent within the step: the smooth step is for small turns. Nor one that leaves by LEAVES, or that bounces or has
+    tangent within the step: the smooth step is for small turns. Nor one that leaves as fast, or that bounces or has
     just done so, if ``bounce_step`` [s], the whole step, is not zero.
     """
     struck = False
@@ -220,7 +216,7 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
         linear = contact.gap + 0.5 * time_step * (contact.approach + contact.free)
         kept = kept and abs(contact.free_gap - linear) <= SLACK * contact.size
         kept = kept and not rebounds(contact, contact.approach, time_step, bounce_step)
-        leaves = 0.5 * time_step * contact.approach > LEAVES * contact.size
+        leaves = 0.5 * time_step * contact.approach > CREEP * contact.size
         leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
         if leaves or not touches:
             # What it bore ended with the last step; begun with that, the solver would leave a trace of it.
