@@ -342,6 +342,8 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
         if not looked and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
             worst = max(worst, -contact.gap)
             continue
+        # The next step would find its gap another way: it is not one that changes nothing, to the last bit.
+        contact.steady = 0
         same = chains[chain_of(bodies, contact.body_a, contact.body_b) % chains.shape[0]]
         while same >= 0 and (found[same].pair != contact.pair or found[same].feature != contact.feature):
             same = following[same]

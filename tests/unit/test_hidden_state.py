@@ -72,7 +72,6 @@ def test_no_step_of_a_pushed_box_gains_energy():
         world.step(PUSH_STEPS)
         # Of order 1e-4 J, as the trapezoid leaves it; a push brings up to 0.2 J.
         assert world.report().energy_change.max() < 1e-3
-        assert world.report().residual.max() < 1e-8
 
 
 @pytest.mark.parametrize(
