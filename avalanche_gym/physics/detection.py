@@ -32,10 +32,14 @@ from .memory import (
     world_entry,
 )
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING, WHOLE
+from .narrow_phase.answers import ANY_PAIR, UNKNOWN, forget_answers, keeps_answers, note_answers, recall_answers
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import fastest_rate
 from .narrow_phase.pair_query import move_anyhow, move_by, query_at
 
+# Where impacts are located contacts are asked for so much farther than flight can lead: what contacts turn faster than
+# it flies would have to be asked about again. Larger: more contacts that cannot matter.
+FORESIGHT = 1.1
 # Motion within a step below this fraction of the smaller body turns no contact by more than that.
 STILL = 1e-7
 
@@ -166,6 +170,11 @@ def find_contacts(address, workspace_address, world, num_pairs):
     following = table(workspace.order, workspace.order_size, np.int64)
     coherent = workspace.part == WHOLE and header.moving_heights == 0
     chained = False
+    colliders = colliders_of(header)
+    # In a crowd most islands are not stopped for their impacts: what is said of them is not asked again.
+    kept = header.events == 1 and (workspace.part != WHOLE or header.step_pile == 0)
+    if workspace.part == WHOLE:
+        forget_answers(workspace)
     count = np.int64(0)
     workspace.num_pairs = num_pairs
     for pair in range(num_pairs):
@@ -180,7 +189,20 @@ def find_contacts(address, workspace_address, world, num_pairs):
         else:
             _foresee(query, span, bodies, states, flown, a, b, rise)
             query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion
-            count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
+            keeps = kept and keeps_answers(colliders, bodies[a], bodies[b])
+            known = np.int64(UNKNOWN)
+            if keeps:
+                known = recall_answers(
+                    workspace, states, a, b, np.int64(ANY_PAIR), query.margin, query.motion, contacts, count
+                )
+                query.margin += (FORESIGHT - 1.0) * query.motion
+                query.motion *= FORESIGHT
+            if known >= 0:
+                count = known
+            else:
+                count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
+                if keeps:
+                    note_answers(workspace, states, a, b, query.margin, query.motion, contacts, start, count)
             for index in range(start, min(count, contacts.shape[0])):
                 contacts[index].steady = 0
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]
@@ -305,6 +327,7 @@ def _motion(start_a, end_a, start_b, end_b, contact):
 def _foresee(query, span, bodies, states, flown, a, b, rise):
     """Write into the query how body b moves against body a within the step, if nothing touches.
 
+    What something bears does not follow the fields: it may come as far as the velocity leads that it has.
     The turns are taken to first order, theta for R(theta); what that leaves out is theta^2 r / 2 at a distance r.
     """
     center_a = vec3.load(states[a].center)
@@ -312,7 +335,8 @@ def _foresee(query, span, bodies, states, flown, a, b, rise):
     apart = vec3.sub(center_b, center_a)
     moved = vec3.sub(vec3.load(flown[b].center), center_b)
     moved = vec3.sub(moved, vec3.sub(vec3.load(flown[a].center), center_a))
-    motion = vec3.norm(moved) + rise
+    relative = vec3.sub(vec3.load(states[b].velocity), vec3.load(states[a].velocity))
+    motion = max(vec3.norm(moved), span * vec3.norm(relative)) + rise
     loose = rise
     # A surface without end (a plane, a planet) turns under the other body: the arc where that body is counts.
     distance = vec3.norm(apart)

@@ -15,6 +15,7 @@ from numba.extending import intrinsic
 from .broad_phase.tables import CELL, GRID, PROXY
 from .jit import kernel
 from .model import (
+    ANSWER,
     BODY,
     BODY_STATE,
     COLLIDER,
@@ -28,6 +29,7 @@ from .model import (
     MESH_ROW,
     NODE_ROW,
     PAIR_RULE,
+    QUESTION,
     REPORT,
     REST,
     VERTEX_ROW,
@@ -140,6 +142,8 @@ WORKSPACE_TABLES = {
     "found": np.dtype(np.int64),  # (pair capacity,) new candidates of the grid
     "contacts": CONTACT,  # (contact capacity,)
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
+    "questions": QUESTION,  # (MOST_QUESTIONS,) that the narrow phase has answered in this step
+    "answers": ANSWER,  # (MOST_ANSWERS,)
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
     "island": np.dtype(np.int64),  # (bodies,) of each body, -1 for none
     "island_starts": np.dtype(np.int64),  # (bodies + 1,) first contact of each island in ``order``
@@ -172,6 +176,8 @@ WORKSPACE = np.dtype(
         ("num_recent", np.int64),
         ("num_kept", np.int64),
         ("num_gone", np.int64),
+        ("step", np.int64),  # number of the present one: what ``questions`` says of another one is forgotten
+        ("num_answers", np.int64),
         ("fastest_rate", np.float64),  # [m/s] of any sample of moving heights
         ("num_islands", np.int64),
         ("impact_time", np.float64),  # [s] of the first impact, from the beginning of the present part

@@ -288,6 +288,36 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
     align=True,
 )
 
+ANSWER = np.dtype(  # what the narrow phase said of a contact: the fields of CONTACT that it fills
+    [
+        ("pair", np.int64),
+        ("feature", np.int64),
+        ("position", np.float64, 3),  # [m]
+        ("normal", np.float64, 3),
+        ("gap", np.float64),  # [m]
+        ("frame", np.int64),
+        ("curved", np.int64),
+        ("radius_a", np.float64),  # [m]
+        ("radius_b", np.float64),
+        ("surface_velocity", np.float64, 3),  # [m/s]
+    ],
+    align=True,
+)
+
+QUESTION = np.dtype(  # what it was asked about two bodies, and where the answers are (narrow_phase/answers.py)
+    [
+        ("body_a", np.int64),
+        ("body_b", np.int64),
+        ("step", np.int64),  # in which it was asked: WORKSPACE.step
+        ("margin", np.float64),  # [m] as in PAIR_QUERY
+        ("motion", np.float64),  # [m]
+        ("places", np.float64, 14),  # center [m] and orientation of both bodies
+        ("first", np.int64),
+        ("count", np.int64),
+    ],
+    align=True,
+)
+
 REPORT = np.dtype(  # (worlds,): worst value or sum over the last call
     [
         ("residual", np.float64),  # worst, relative, free of units

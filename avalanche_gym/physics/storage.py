@@ -29,6 +29,7 @@ from .model import (
     SHAPE_NAMES,
     SOLVER_FULL,
 )
+from .narrow_phase.answers import MOST_ANSWERS, MOST_QUESTIONS
 from .narrow_phase.pair_query import PAIR_QUERY
 from .narrow_phase.pairs import PAIR_STAGES
 from .options import Options
@@ -305,6 +306,8 @@ class Storage:
             "found": pairs if self.grid else 0,
             "contacts": contacts,
             "asked": MOST_ASKED,
+            "questions": MOST_QUESTIONS,
+            "answers": MOST_ANSWERS,
             "sums": 6 * num_bodies,
             "island": num_bodies,
             "island_starts": num_bodies + 1,

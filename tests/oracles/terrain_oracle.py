@@ -71,18 +71,29 @@ def random_floor(rng, size=4.0, points=60):
     return vertices, np.arange(triangles.size).reshape(-1, 3)
 
 
-def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, place):
+def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, place, motion=0.0):
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     count = kernel(
-        shape, floats(position), rotation, floats(size), *place, *terrain, float(margin), 0.0, contacts, 0, scratch
+        shape,
+        floats(position),
+        rotation,
+        floats(size),
+        *place,
+        *terrain,
+        float(margin),
+        float(motion),
+        contacts,
+        0,
+        scratch,
     )
     return contacts[:count]
 
 
-def field_contacts(shape, position, rotation, size, terrain, margin, place=(ORIGIN, IDENTITY)):
+def field_contacts(shape, position, rotation, size, terrain, margin, place=(ORIGIN, IDENTITY), motion=0.0):
     """Contacts (n,) of CONTACT with ``height_field(...)``."""
     field, heights = terrain
-    return _kernel_contacts(collide_height_field, shape, position, rotation, size, (field[0], heights), margin, place)
+    tables = (field[0], heights)
+    return _kernel_contacts(collide_height_field, shape, position, rotation, size, tables, margin, place, motion)
 
 
 def mesh_contacts(shape, position, rotation, size, prepared, margin, place=(ORIGIN, IDENTITY)):

@@ -314,3 +314,27 @@ def test_many_contacts_are_reduced_to_their_extremes():
     assert len(contacts) == len(set(contacts["feature"])) == 12
     for x, y in itertools.product((-1.0, 1.0), repeat=2):
         assert ((contacts["position"][:, :2] - (0.1, 0.2)) @ (x, y)).max() > 1.2
+
+
+@pytest.mark.parametrize("depth", [0.0, 1e-12, 1e-9, 1e-8])
+@pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-7])
+def test_a_corner_that_lies_in_a_little_knows_the_next_face(depth, distance):
+    """A box that slides down a valley, its lowest corner ``distance`` before the crease, sunk by what a step leaves."""
+    slope = 0.2
+    x = np.linspace(-2.0, 2.0, 17)
+    terrain = oracle.height_field(np.tile(slope * np.abs(x), (17, 1)), (4.0, 4.0))
+    size = np.array(SHAPES["box"][1])
+    turn = np.reshape(oracle.rotation_matrix(np.array([0.3, 0.4, 0.2])), (3, 3))
+    corner = np.array([-distance, 0.06, slope * distance - depth])
+    # Of all eight the corner that is lowest.
+    signs = -np.sign(turn[2])
+    position = corner - turn @ (signs * size)
+    contacts = oracle.field_contacts(BOX, position, oracle.floats(turn.ravel()), size, terrain, 0.01, motion=5e-3)
+    own = [contact for contact in contacts if oracle.point_of(contact) is not None and abs(contact["gap"]) < 1e-3]
+    tilts = sorted(float(contact["normal"][0]) for contact in own)
+    level = slope / np.hypot(1.0, slope)
+    np.testing.assert_allclose(tilts, (-level, level), rtol=1e-12)
+    for contact in own:
+        # Normals lead into the ground: that of the corner's own face to the left.
+        expected = -depth if contact["normal"][0] < 0.0 else 2.0 * slope * distance - depth
+        assert contact["gap"] == pytest.approx(expected / np.hypot(1.0, slope), abs=1e-15)

@@ -20,7 +20,8 @@ Between a side with normal n that turns at omega and a point of a core of radius
 where two rounded or crossing features meet, bounds of these terms take their place.
 
 The way is the flight itself, or for a body bound by other contacts the parabola in time between both ends of its step,
-which is what the trapezoid makes of a smooth one.
+which is what the trapezoid makes of a smooth one; its velocity is that of this parabola, or Newton's method would not
+converge.
 """
 
 from __future__ import annotations
@@ -34,8 +35,10 @@ from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
 from ..model import BETWEEN, BODY_STATE, CONTACT, DYNAMIC, ON_A, PLACE_BITS, SLIDING
+from ..narrow_phase.answers import UNKNOWN, recall_answers
 from ..narrow_phase.collide import collide_pair
 from ..narrow_phase.pair_query import move_by, query_at
+from .approach import MOST_ROUNDS, SPACINGS, gap_there
 
 # Bodies have met when their gap is below this fraction of the smaller one; what is below TOUCHING and neither comes
 # nor goes rests.
@@ -53,6 +56,20 @@ SPACING = 2.220446049250313e-16
 
 
 @kernel
+def gain_on_way(body, start, end, bound, span):
+    """What the way adds to the velocity of a body [m/s].
+
+    Of one that is bound not the change that its step ends with: a struck step moves it by the final velocity all the
+    time. The parabola that starts with v and leads there has 2 (x' - x - v h) / h.
+    """
+    v = vec3.load(start.velocity)
+    if body.motion != DYNAMIC or bound == 0 or span <= 0.0:
+        return vec3.sub(vec3.load(end.velocity), v)
+    way = vec3.sub(vec3.load(end.center), vec3.load(start.center))
+    return vec3.scale(2.0 / span, vec3.add_scaled(way, -span, v))
+
+
+@kernel
 def place_at(body, fields, start, end, bound, instant, span, out):
     """State of a body at an instant [s] of its way."""
     if body.motion != DYNAMIC or bound == 0 or span <= 0.0:
@@ -60,13 +77,10 @@ def place_at(body, fields, start, end, bound, instant, span, out):
         return
     part = instant / span
     v = vec3.load(start.velocity)
-    change = vec3.sub(vec3.load(end.velocity), v)
-    vec3.store(out.velocity, vec3.add_scaled(v, part, change))
-    way = vec3.add_scaled(vec3.scale(instant, v), 0.5 * part * instant, change)
-    # What the trapezoid of the velocities misses of the end, where the step is another or overlap was removed.
-    rest = vec3.sub(vec3.load(end.center), vec3.load(start.center))
-    rest = vec3.sub(rest, vec3.scale(0.5 * span, vec3.add(v, vec3.load(end.velocity))))
-    vec3.store(out.center, vec3.add(vec3.load(start.center), vec3.add_scaled(way, part * part, rest)))
+    gain = gain_on_way(body, start, end, bound, span)
+    vec3.store(out.velocity, vec3.add_scaled(v, part, gain))
+    way = vec3.add_scaled(vec3.scale(instant, v), 0.5 * part * instant, gain)
+    vec3.store(out.center, vec3.add(vec3.load(start.center), way))
     spin = vec3.load(start.angular_velocity)
     change = vec3.sub(vec3.load(end.angular_velocity), spin)
     vec3.store(out.angular_velocity, vec3.add_scaled(spin, part, change))
@@ -176,6 +190,26 @@ def find_impact_time(address, workspace_address, world, count):
 
 
 @kernel
+def _follow(bodies, fields, starts, ends, bound, a, b, instant, span, step, found, states, later):
+    """The time [s] from ``instant`` until the contact ``found`` there closes, from a ``step`` that is nearly so long.
+
+    ``states`` are the bodies at the instant, ``later`` is scratch.
+    """
+    refined = step
+    for _ in range(MOST_ROUNDS):
+        place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant + refined, span, later[a])
+        place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant + refined, span, later[b])
+        gap, closing = gap_there(found, states[a], later[a], states[b], later[b])
+        if closing <= 0.0:
+            return step
+        refined += gap / closing
+        if abs(gap / closing) <= SPACINGS * span:
+            break
+    # Far from where it was expected it is another root.
+    return refined if 0.5 * step <= refined <= 1.5 * step else step
+
+
+@kernel
 def _search(address, workspace_address, world, contacts, first, count):
     """Look for an impact of one pair of colliders before ``impact_time``, and move that up to it."""
     header = header_at(address)
@@ -187,6 +221,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     starts = starts_of(header, workspace)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     states = table(workspace.working, header.num_bodies, BODY_STATE)
+    later = table(workspace.predicted, header.num_bodies, BODY_STATE)
     bound = table(workspace.bound, header.num_bodies, np.int64)
     asked = table(workspace.asked, workspace.asked_size, CONTACT)
     num_colliders = colliders_of(header).shape[0]
@@ -215,8 +250,8 @@ def _search(address, workspace_address, world, contacts, first, count):
         turning = spin_a * min(bodies[a].radius, apart + bodies[b].radius)
         turning += spin_b * min(bodies[b].radius, apart + bodies[a].radius)
         relative = vec3.sub(vec3.load(states[b].velocity), vec3.load(states[a].velocity))
-        gain = vec3.sub(vec3.load(ends[b].velocity), vec3.load(starts[b].velocity))
-        gain = vec3.sub(gain, vec3.sub(vec3.load(ends[a].velocity), vec3.load(starts[a].velocity)))
+        gain = gain_on_way(bodies[b], starts[b], ends[b], bound[b], span)
+        gain = vec3.sub(gain, gain_on_way(bodies[a], starts[a], ends[a], bound[a], span))
         acceleration = vec3.scale(1.0 / span, gain)
         speed = vec3.norm(relative) + turning + vec3.norm(gain)
         query.margin = speed * left + TOUCHING * size
@@ -229,10 +264,22 @@ def _search(address, workspace_address, world, contacts, first, count):
         loose = query.margin - left * (vec3.norm(relative) + turning)
         loose += 0.5 * left * turning * max(spin_a, spin_b) * left
         move_by(query, place_b, shift, vec3.sub(omega_b, omega_a), loose, query.margin)
-        number = min(collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0)), asked.shape[0])
+        number = np.int64(UNKNOWN)
+        if instant == 0.0:
+            # The part that has been stepped began here, and was asked about. Where velocities go straight from one end
+            # of the way to the other, no way is longer than the mean of both speeds makes it.
+            at_end = vec3.norm(vec3.add(relative, gain))
+            spun = vec3.norm(vec3.load(ends[a].angular_velocity)) * min(bodies[a].radius, apart + bodies[b].radius)
+            spun += vec3.norm(vec3.load(ends[b].angular_velocity)) * min(bodies[b].radius, apart + bodies[a].radius)
+            way = 0.5 * span * (vec3.norm(relative) + at_end + turning + spun)
+            number = recall_answers(workspace, starts, a, b, pair, way + TOUCHING * size, way, asked, np.int64(0))
+        if number < 0:
+            number = collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0))
+        number = min(number, asked.shape[0])
         if header.cross_seams != 0:
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
         step = math.inf
+        nearest = -1
         deepest = math.inf
         fastest_closing = 0.0
         for index in range(number):
@@ -288,7 +335,12 @@ def _search(address, workspace_address, world, contacts, first, count):
             else:
                 first_order = second
             bold = size * 0.5 / speed if speed > 0.0 else math.inf
-            step = min(step, max(first_order, min(second, bold)))
+            pace = max(first_order, min(second, bold))
+            if pace < step:
+                step = pace
+                # What rolls on, or moves by itself, is not followed.
+                followed = second <= bold and first_order <= second and found.curved == 0 and surface == 0.0
+                nearest = index if followed else -1
         if deepest < math.inf:
             if deepest >= -near or instant == 0.0:
                 workspace.impact_time = instant
@@ -303,6 +355,10 @@ def _search(address, workspace_address, world, contacts, first, count):
                 instant = 0.5 * (clear + blocked)
             continue
         clear = instant
+        if nearest >= 0 and blocked == math.inf and instant + step < workspace.impact_time:
+            step = _follow(
+                bodies, fields, starts, ends, bound, a, b, instant, span, step, asked[nearest], states, later
+            )
         if blocked < math.inf:
             if blocked - clear <= 4.0 * SPACING * span:
                 workspace.impact_time = clear

@@ -36,10 +36,14 @@ from .terrain_shape import (
     motion_of,
     put_shape,
     radius_of,
+    scale_of,
     set_motion,
 )
 from .triangle import REGION_SLACK, closest_point
 
+# A corner that is below the surface by less than this fraction of the shape's size still lies on it: what smooth motion
+# leaves of overlap does not hide the next face. Larger: faces on the far side of a ridge that was sunk into.
+AFLOAT = 1e-6
 # A corner below the surface looks for the nearest point of it this many cells around; deeper ones take the face above.
 SEARCH_CELLS = 3.0
 
@@ -118,11 +122,12 @@ def over_facet(grid, r, slope_x, slope_y, upper):
 
 
 @kernel
-def comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion):
+def comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion, sunk):
     """Whether the foot of p, beside a facet and above its plane, can come over the facet across a concave edge.
 
     p must be above the plane of the facet beyond that edge too: behind a wall the plane of the floor in front of it
-    holds nothing. ``motion`` [m]: how far p can come; ``corner``, ``upper``: the facet as in ``slopes``.
+    holds nothing. ``motion`` [m]: how far p can come; ``sunk`` [m]: how far p is below the surface; ``corner``,
+    ``upper``: the facet as in ``slopes``.
     """
     row = corner // columns
     column = corner - row * columns
@@ -154,7 +159,10 @@ def comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion):
             return False
         if bend < -grid[6]:
             slope_x_across, slope_y_across = slopes(grid, heights, across, columns, 1 - upper)
-            if r[2] < slope_x_across * r[0] + slope_y_across * r[1]:
+            below = slope_x_across * r[0] + slope_y_across * r[1] - r[2]
+            stretch = 1.0 + slope_x_across * slope_x_across + slope_y_across * slope_y_across
+            allowed = 2.0 * sunk + REGION_SLACK * (grid[2] + grid[3])
+            if below > 0.0 and below * below > stretch * allowed * allowed:
                 return False
             found = True
     return found
@@ -192,6 +200,8 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
                 count = add_candidate(scratch, count, position, n, distance - radius, feature)
             continue
         is_free = base[0] == p[0] and base[1] == p[1] and base[2] == p[2]
+        sunk = 0.0 if is_free else vec3.norm(vec3.sub(base, p))
+        afloat = sunk <= AFLOAT * scale_of(scratch)
         first_row, last_row, first_column, last_column = cells_around(
             grid, rows, columns, base, reach_below(reach, base[2] - highest)
         )
@@ -216,9 +226,10 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
                     if height > 0.0 and height * height > reach * reach * stretch:
                         continue
                     counts = over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper)
-                    if not counts and motion > 0.0 and is_free and height * height >= radius * radius * stretch:
-                        counts = height >= 0.0 and comes_over_facet(
-                            grid, heights, rows, columns, p, corner, upper, motion
+                    if not counts and motion > 0.0 and afloat and height * height >= radius * radius * stretch:
+                        above = height >= 0.0 or height * height <= 4.0 * sunk * sunk * stretch
+                        counts = above and comes_over_facet(
+                            grid, heights, rows, columns, p, corner, upper, motion, sunk
                         )
                     if counts:
                         cosine = 1.0 / math.sqrt(stretch)

@@ -224,6 +224,16 @@ def _face_over(half, margin, x, y):
 
 
 @kernel
+def _lies_below(scratch, row, center, half, axes, reach):
+    """Whether a listed edge, seen along the middle of its cone, is out of reach: so far apart are then all parts."""
+    out = get(scratch, row + 2, 0)
+    height = vec3.dot(out, vec3.sub(center, get(scratch, row, 1)))
+    seen = mat3.apply_transposed(axes, out)
+    height -= half[0] * abs(seen[0]) + half[1] * abs(seen[1]) + half[2] * abs(seen[2])
+    return height > 0.0 and height * height > reach * reach * vec3.norm_squared(out)
+
+
+@kernel
 def _is_lowest(heights, grid, columns, corner, d):
     """Whether the neighbours of an inner sample stay behind it along d, as far as in_vertex_cone asks for."""
     for edge in range(3):
@@ -287,6 +297,8 @@ def list_features(grid, heights, rows, columns, scratch, item):
         r = (x - center[0], y - center[1], z - center[2])
         near = True
         bent = True
+        inner = False
+        ahead = aside = across = 0.0
         if 0 < row < rows - 1 and 0 < column < columns - 1:
             b, c, d = heights[corner + 1], heights[corner + columns + 1], heights[corner + columns]
             lowest = min(min(z, b), min(c, d))
@@ -300,13 +312,18 @@ def list_features(grid, heights, rows, columns, scratch, item):
             # The three edges at once, as in bend_of.
             ahead = z + b - c - heights[corner - columns]
             aside = z + d - c - heights[corner - 1]
-            bent = max(ahead, aside, z + c - b - d) > grid[6]
+            across = z + c - b - d
+            bent = max(ahead, aside, across) > grid[6]
+            inner = True
         if near:
             local = mat3.apply_transposed(axes, r)
             for edge in range(3 if bent else 0):
                 rise = 0 if edge == 0 else 1
                 shift = 0 if edge == 1 else 1
-                if _is_convex(heights, rows, columns, row, column, rise, shift, grid[6]):
+                bend = ahead if edge == 0 else (aside if edge == 1 else across)
+                if not inner:
+                    bend = bend_of(heights, rows, columns, row, column, rise, shift)
+                if bend > grid[6]:
                     e = (shift * grid[2], rise * grid[3], heights[(row + rise) * columns + column + shift] - z)
                     y = mat3.apply_transposed(axes, e)
                     if (
@@ -314,7 +331,9 @@ def list_features(grid, heights, rows, columns, scratch, item):
                         and _meets_ball(reach_squared, r, e)
                         and not (box and _face_over(half, reach, local, y) >= 0)
                     ):
-                        end = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
+                        last = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
+                        if not _lies_below(scratch, end, center, half, axes, reach):
+                            end = last
             listed = _meets_core(half, reach, local, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared
             if listed and box and 0 < row < rows - 1 and 0 < column < columns - 1:
                 axis = _face_over(half, reach, local, vec3.ZERO)

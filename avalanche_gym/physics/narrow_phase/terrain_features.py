@@ -201,21 +201,24 @@ def _crossing(scratch, row, count):
     deepest = -math.inf if radius == 0.0 else -2.0 * radius
     best_gap = -math.inf
     best_axis = -1
+    best_d = vec3.ZERO
     # First which direction of edges is the way out, then all edges of this direction.
     for attempt in range(2):
         for axis in range(3):
             if half[axis] == 0.0 or (attempt == 1 and axis != best_axis):
                 continue
             b = axis_of(scratch, axis)
-            d = vec3.cross(e, b)
-            sine_squared = vec3.norm_squared(d)
-            if sine_squared < PARALLEL * PARALLEL:
-                continue
-            side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
-            d = vec3.scale(side / math.sqrt(sine_squared), d)
-            inside, d = into_edge_cone(scratch, row, d)
-            if not inside:
-                continue
+            d = best_d
+            if attempt == 0:
+                d = vec3.cross(e, b)
+                sine_squared = vec3.norm_squared(d)
+                if sine_squared < PARALLEL * PARALLEL:
+                    continue
+                side = math.copysign(1.0, vec3.dot(d, get(scratch, row + 2, 0)))
+                d = vec3.scale(side / math.sqrt(sine_squared), d)
+                inside, d = into_edge_cone(scratch, row, d)
+                if not inside:
+                    continue
             j = (axis + 1) % 3
             k = (axis + 2) % 3
             a_j = axis_of(scratch, j)
@@ -248,6 +251,7 @@ def _crossing(scratch, row, count):
                 elif gap > best_gap:
                     best_gap = gap
                     best_axis = axis
+                    best_d = d
         if best_axis < 0:
             break
     return count
