@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from avalanche_gym import physics
-from avalanche_gym.physics import jit
+from avalanche_gym.physics.jit import stamps
 
-PACKAGE = Path(jit.__file__).resolve().parent.parent
+PACKAGE = stamps.PACKAGE_ROOT
 NO_CACHE = shutil.ignore_patterns("__pycache__")
 FORK_SECONDS = 60.0  # a child that hangs is killed after this
 
@@ -56,7 +56,7 @@ def package(tmp_path):
     (physics_folder / "probe").mkdir(parents=True)
     for name in ("__init__.py", "physics/__init__.py", "physics/probe/__init__.py"):
         (copy / name).touch()
-    shutil.copy(PACKAGE / "physics" / "jit.py", physics_folder)
+    shutil.copytree(PACKAGE / "physics" / "jit", physics_folder / "jit", ignore=NO_CACHE)
     shutil.copytree(PACKAGE / "physics" / "maths", physics_folder / "maths", ignore=NO_CACHE)
     for name, text in KERNELS.items():
         lines = [line[8:] for line in text.splitlines()]
@@ -64,11 +64,11 @@ def package(tmp_path):
     return copy
 
 
-def run_probe(package, **variables):
-    """Results of the probe in a process of its own, and whether they came from the cache."""
+def run_script(package, script, **variables):
+    """Words that a script prints in a process of its own, and its messages."""
     keep = {name: value for name, value in os.environ.items() if name not in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")}
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT],
+        [sys.executable, "-c", script],
         cwd=package.parent,
         env={**keep, "PYTHONDONTWRITEBYTECODE": "1", **variables},
         capture_output=True,
@@ -76,8 +76,13 @@ def run_probe(package, **variables):
         check=True,
         timeout=120,
     )
-    value, staged, how = done.stdout.split()
-    return float(value), int(staged), how == "avalanche_gym", done.stderr
+    return done.stdout.split(), done.stderr
+
+
+def run_probe(package, **variables):
+    """Results of the probe, and whether they came from the cache."""
+    (value, staged, how), messages = run_script(package, SCRIPT, **variables)
+    return float(value), int(staged), how == "avalanche_gym", messages
 
 
 def test_an_edit_to_any_kernel_file_is_seen(package, tmp_path):
@@ -95,6 +100,16 @@ def test_an_edit_to_any_kernel_file_is_seen(package, tmp_path):
     # An edit that concerns nobody here keeps the cache.
     (package / "physics" / "maths" / "unused.py").write_text("ONE = 1\n")
     assert run_probe(package, **cache)[:3] == (18.0, 18, True)
+
+
+def test_a_kernel_is_compiled_with_what_calls_it_and_can_be_called_from_python_too(package, tmp_path):
+    """Its code goes into the stage; machine code of its own is made when Python asks for it, and both are kept."""
+    ask = "from avalanche_gym.physics.probe.inner import measure; print(len(measure.overloads), measure(2.0))"
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    for _ in range(2):
+        words, _ = run_script(package, SCRIPT + ask, **cache)
+        assert words[-2:] == ["0", "4.0"]
+    assert list((tmp_path / "kernels").glob("inner.measure*.linked.nbi"))
 
 
 def test_a_package_that_cannot_be_written_uses_the_users_cache(package, tmp_path):
@@ -142,27 +157,27 @@ def kernel_files():
 def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkeypatch):
     copy = tmp_path / "avalanche_gym"
     shutil.copytree(PACKAGE, copy, ignore=NO_CACHE)
-    monkeypatch.setattr(jit, "PACKAGE_ROOT", copy)
+    monkeypatch.setattr(stamps, "PACKAGE_ROOT", copy)
 
-    def stamps():
-        jit.source_stamp.cache_clear()
-        jit._scan.cache_clear()
-        return {root: jit.source_stamp(copy / "physics" / root) for root in ROOTS}
+    def every_stamp():
+        stamps.source_stamp.cache_clear()
+        stamps._scan.cache_clear()
+        return {root: stamps.source_stamp(copy / "physics" / root) for root in ROOTS}
 
     changed = {}
     try:
-        before = stamps()
+        before = every_stamp()
         for name in kernel_files():
             place = copy / "physics" / name
             original = place.read_bytes()
             place.write_bytes(original + b"\n# edited\n")
-            after = stamps()
+            after = every_stamp()
             place.write_bytes(original)
             changed[name] = {root for root in ROOTS if after[root] != before[root]}
-        assert stamps() == before
+        assert every_stamp() == before
     finally:
-        jit.source_stamp.cache_clear()
-        jit._scan.cache_clear()
+        stamps.source_stamp.cache_clear()
+        stamps._scan.cache_clear()
     assert len(changed) > 40 and all(changed.values())
     assert all(root in changed[root] for root in ROOTS)
     for name in ("model.py", "memory.py", "maths/vec3.py"):
