@@ -153,6 +153,10 @@ def rows_of(body: Body) -> tuple[NDArray[Any], list[NDArray[Any]]]:
             parts.append(collider)
         row["num_colliders"] = len(parts)
         row["radius"] = max(float(np.linalg.norm(part["position"])) + float(part["radius"]) for part in parts)
+        row["inner"] = row["size"]
+        if body.motion == "dynamic" and isinstance(body.shape, TriangleMesh):
+            lever = body.shape.lever_about(body.center_of_mass)
+            row["inner"] = math.sqrt(max(0.0, float(row["radius"]) ** 2 - lever**2))
         _ROWS[body] = (row, parts)
     return _ROWS[body]
 

@@ -355,7 +355,7 @@ def _foresee(query, span, bodies, states, flown, a, b, rise):
         motion += turn_b * reach
         loose += 0.5 * turn_b * turn_b * reach
         turn = vec3.add(turn, _rotation(states[b], flown[b]))
-    move_by(query, center_b, moved, turn, loose, motion)
+    move_by(query, center_b, moved, turn, loose, motion, turn_a, turn_b)
 
 
 @kernel

@@ -4,9 +4,9 @@ A step is solved with the contacts that free flight can reach, each along the no
 elsewhere: a body that is struck, or stopped while its neighbours fall on, is pushed into what was out of reach; and a
 body that turns by an angle a within the step shows another face, off by
 
-    1/2 a^2 sqrt(radius^2 - size^2),
+    1/2 a^2 sqrt(radius^2 - inner^2),
 
-for turning moves a surface point p along its normal n by |a x p . n| <= |a| |p x n|, with |p| <= radius, p . n >= size.
+for turning moves a surface point p along its normal n by |a x p . n| <= |a| |p x n|; |p| <= radius, p . n >= inner.
 Around such bodies the narrow phase is asked again, with all bodies at the end of the step, and the places of the bodies
 are swept apart in the metric of their masses (solver/pile.py). No velocity is added: what still approaches is met by
 the contacts of the next step.
@@ -106,7 +106,7 @@ def _mark_strays(header, workspace, world, marks):
         if not strays:
             spin = max(_turning(header, body, start), _turning(header, body, end))
             angle_squared = spin * header.time_step * header.time_step
-            lever_squared = body.radius * body.radius - body.size * body.size
+            lever_squared = body.radius * body.radius - body.inner * body.inner
             strays = angle_squared * angle_squared * lever_squared > (2.0 * TURNS * body.size) ** 2
         if strays:
             marks[index] = 1

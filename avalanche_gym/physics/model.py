@@ -69,6 +69,7 @@ BODY = np.dtype(  # (worlds, bodies)
         ("principal", np.float64, 4),  # quaternion: user's frame -> principal frame
         ("radius", np.float64),  # [m] of the smallest sphere about the centre of mass that holds the body
         ("size", np.float64),  # [m] smallest half extent: the scale of its tolerances
+        ("inner", np.float64),  # [m] turning moves no point along its normal faster than sqrt(radius^2 - inner^2) a rad
         ("friction", np.float64),
         ("restitution", np.float64),
         ("rolling_friction", np.float64),  # [m]

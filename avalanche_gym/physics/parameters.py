@@ -16,7 +16,17 @@ from .storage import Storage
 
 # What a body has of its shape.
 OF_SHAPE = (
-    *("first_collider", "num_colliders", "radius", "size", "mass", "inverse_mass", "inertia", "inverse_inertia"),
+    *(
+        "first_collider",
+        "num_colliders",
+        "radius",
+        "size",
+        "inner",
+        "mass",
+        "inverse_mass",
+        "inertia",
+        "inverse_inertia",
+    ),
     *("principal", "origin", "flow"),
 )
 COEFFICIENTS = ("friction", "restitution", "rolling_friction", "torsional_friction")

@@ -71,7 +71,7 @@ def random_floor(rng, size=4.0, points=60):
     return vertices, np.arange(triangles.size).reshape(-1, 3)
 
 
-def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, place, motion=0.0):
+def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, place, moves):
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     count = kernel(
         shape,
@@ -81,7 +81,7 @@ def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, p
         *place,
         *terrain,
         float(margin),
-        float(motion),
+        *moves,
         contacts,
         0,
         scratch,
@@ -93,13 +93,15 @@ def field_contacts(shape, position, rotation, size, terrain, margin, place=(ORIG
     """Contacts (n,) of CONTACT with ``height_field(...)``."""
     field, heights = terrain
     tables = (field[0], heights)
-    return _kernel_contacts(collide_height_field, shape, position, rotation, size, tables, margin, place, motion)
+    return _kernel_contacts(
+        collide_height_field, shape, position, rotation, size, tables, margin, place, (float(motion),)
+    )
 
 
-def mesh_contacts(shape, position, rotation, size, prepared, margin, place=(ORIGIN, IDENTITY)):
-    """Contacts (n,) of CONTACT with ``prepare_mesh(...)``."""
+def mesh_contacts(shape, position, rotation, size, prepared, margin, place=(ORIGIN, IDENTITY), turned=0.0):
+    """Contacts (n,) of CONTACT with ``prepare_mesh(...)``, which turns by ``turned`` [rad] within the step."""
     terrain = (prepared.mesh[0], prepared.vertices, prepared.faces, prepared.nodes)
-    return _kernel_contacts(collide_mesh, shape, position, rotation, size, terrain, margin, place)
+    return _kernel_contacts(collide_mesh, shape, position, rotation, size, terrain, margin, place, (0.0, turned))
 
 
 def point_of(contact):
@@ -199,7 +201,8 @@ def plane_contacts(shape, position, rotation, size, margin):
 def _solid_contacts(kernel, position, rotation, solid, terrain, margin, place):
     """``solid``: (radius, half length, 0) of a cylinder, or ``hull(...)``."""
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
-    count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), 0.0, contacts, 0, scratch)
+    moves = (0.0, 0.0) if kernel in (collide_cylinder_mesh, collide_hull_mesh) else (0.0,)
+    count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), *moves, contacts, 0, scratch)
     return contacts[:count]
 
 

@@ -100,7 +100,7 @@ def _far_end(body, start, flown, span):
     spin = max(
         vec3.norm_squared(vec3.load(start.angular_velocity)), vec3.norm_squared(vec3.load(flown.angular_velocity))
     )
-    return span * math.sqrt(spin) * (body.radius - body.size) if spin > 0.0 else 0.0
+    return span * math.sqrt(spin) * (body.radius - body.inner) if spin > 0.0 else 0.0
 
 
 @kernel
@@ -112,7 +112,7 @@ def swing(body_a, start_a, flown_a, body_b, start_b, flown_b, span):
 @kernel
 def _turned(body, far):
     """[rad] by which a body turns whose far end moves by ``far``."""
-    return far / (body.radius - body.size) if far > 0.0 else 0.0
+    return far / (body.radius - body.inner) if far > 0.0 else 0.0
 
 
 @kernel
@@ -163,7 +163,11 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
         )
         contact.free_gap = contact.gap + change + time_step * rise
         struck = contact.blow[0] != 0.0 or contact.blow[1] != 0.0 or contact.blow[2] != 0.0
-        if contact.free_gap > SLACK * contact.size and contact.gap > 0.0 and not struck:
+        before = vec3.sub(velocity_at(starts[b], starts[b], point), velocity_at(starts[a], starts[a], point))
+        contact.approach = vec3.dot(normal, before) + rise
+        # A corner that comes to touch strikes, even if the turn has taken it away again by the end.
+        apart = contact.gap > OVERLAP * contact.size or (contact.gap > 0.0 and contact.approach >= 0.0)
+        if contact.free_gap > SLACK * contact.size and apart and not struck:
             far = swing(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
             if far <= THICKNESS * contact.size:
                 if contact.restitution == 0.0:
@@ -172,9 +176,7 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
                 bent = wander(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
                 if contact.free_gap - bent > SLACK * contact.size:
                     continue
-        before = vec3.sub(velocity_at(starts[b], starts[b], point), velocity_at(starts[a], starts[a], point))
         after = vec3.sub(velocity_at(starts[b], ends[b], point), velocity_at(starts[a], ends[a], point))
-        contact.approach = vec3.dot(normal, before) + rise
         contact.free = vec3.dot(normal, after) + rise
         contact.start_gap = contact.gap
         vec3.store(contact.start_position, point)

@@ -47,7 +47,8 @@ TOUCHING = 1e-9
 RESTING = 1e-4
 # What closes by less than this fraction of the smaller body in a step slides on.
 SLOW = 1e-5
-# Instants looked at for one pair in one step. A pair that needs more slides along itself; it is left to the next look.
+# Instants looked at for one pair in one part of a step. A pair that needs more slides along itself, and is left to the
+# next look, or turns many times within the step, and is stopped there.
 MOST_INSTANTS = 256
 # So many of them may overlap and be left by Newton's method; from then on the bracket is halved.
 MOST_NEWTON = 8
@@ -240,6 +241,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     clear = 0.0
     blocked = math.inf
     overlapping = 0
+    speed = 0.0
     for _ in range(MOST_INSTANTS):
         place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
         place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
@@ -263,7 +265,7 @@ def _search(address, workspace_address, world, contacts, first, count):
         # What the turns are beyond first order, as in detection.py, and what the fields add.
         loose = query.margin - left * (vec3.norm(relative) + turning)
         loose += 0.5 * left * turning * max(spin_a, spin_b) * left
-        move_by(query, place_b, shift, vec3.sub(omega_b, omega_a), loose, query.margin)
+        move_by(query, place_b, shift, vec3.sub(omega_b, omega_a), loose, query.margin, spin_a * left, spin_b * left)
         number = np.int64(UNKNOWN)
         if instant == 0.0:
             # The part that has been stepped began here, and was asked about. Where velocities go straight from one end
@@ -371,4 +373,8 @@ def _search(address, workspace_address, world, contacts, first, count):
             workspace.impact_time = instant
             return True
         instant += step
+    # What could pass through the other in the rest of the way is looked at again from here.
+    if clear > 0.0 and speed * (workspace.impact_time - clear) > size:
+        workspace.impact_time = clear
+        return True
     return False

@@ -66,6 +66,14 @@ def remember(workspace, contacts, num_contacts, acted):
 
 
 @kernel
+def forget_impulses(contacts, num_contacts):
+    """Of a part that is not stepped only the blows count, not what its impulses would begin with."""
+    for index in range(num_contacts):
+        vec3.store(contacts[index].impulse, vec3.ZERO)
+        vec3.store(contacts[index].moment, vec3.ZERO)
+
+
+@kernel
 def _same(contacts, num_contacts, pair, feature):
     """The contact of a pair with this feature, else the first of that pair, else -1."""
     chosen = -1

@@ -7,7 +7,8 @@
 
 All other islands have been stepped before. A group that comes near a body of another island takes that island in and
 starts anew: nothing is real before the step is committed. The number of parts is limited; the last one then closes
-what closes at its end, as without located impacts, and the report says so.
+what closes at its end, as without located impacts, and the report says so. Where a body turns so fast that it could
+pass through another in that part it waits for the next step instead, where it is: it loses what is left of its time.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ import math
 import numpy as np
 
 from ..jit import call_stage, kernel, stage
+from ..maths import vec3
 from ..memory import (
     address_of_states,
+    bodies_of,
     header_at,
     report_of,
     states_of,
@@ -28,6 +31,7 @@ from ..memory import (
 from ..model import (
     CONTACT,
     CONTACTS_FULL,
+    DYNAMIC,
     LAST,
     LEAST_BODIES,
     OK,
@@ -35,7 +39,7 @@ from ..model import (
     SOLVER_FULL,
     TO_IMPACT,
 )
-from .contacts import carry_blows, follow_gone, keep_finished, note_bound, part_with, remember
+from .contacts import carry_blows, follow_gone, forget_impulses, keep_finished, note_bound, part_with, remember
 from .members import (
     copy_state,
     fly_group,
@@ -62,6 +66,9 @@ DONE = 3
 NO_REBOUND = 128
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
+
+# [rad] A body that turns by more shows other parts than its contacts know of.
+FAR_TURN = 1.0
 
 # What a group says in place of a status: it met a body of another island.
 MET = -1
@@ -137,14 +144,37 @@ def _step_group(address, workspace_address, world, label):
         remember(workspace, contacts, num_contacts, False)
         events += 1
         spent += 1 if outcome == 2 else NO_REBOUND
-        if left <= INSTANT * header.time_step:
+        waits = spent >= most and _could_pass(header, workspace, world, num_contacts, left)
+        if waits or left <= INSTANT * header.time_step:
             for number in range(count):
                 copy_state(begins[members[number]], ends[members[number]])
+            if waits:
+                forget_impulses(contacts, num_contacts)
             break
     report.events += events
     if spent >= most:
         report.event_limit += 1
     return _finish(header, workspace, world, label, count, num_contacts)
+
+
+@kernel
+def _could_pass(header, workspace, world, num_contacts, left):
+    """Whether a body of the group turns so far in what is left [s] of the step that it could pass through another.
+
+    What flies straight is held by the contacts of the last part, along the normals that these begin with.
+    """
+    bodies = bodies_of(header, world)
+    begins = states_in(header, workspace.begins)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    for index in range(num_contacts):
+        for side in range(2):
+            body = contacts[index].body_a if side == 0 else contacts[index].body_b
+            if bodies[body].motion == DYNAMIC:
+                speed = vec3.norm(vec3.load(begins[body].velocity))
+                spin = vec3.norm(vec3.load(begins[body].angular_velocity))
+                if spin * left > FAR_TURN and (speed + bodies[body].radius * spin) * left > contacts[index].size:
+                    return True
+    return False
 
 
 @kernel

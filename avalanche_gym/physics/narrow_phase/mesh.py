@@ -31,6 +31,7 @@ from .terrain_shape import (
     put_shape,
     radius_of,
     set_motion,
+    set_turned,
 )
 from .triangle import REGION_SLACK, closest_point, in_prism
 
@@ -199,6 +200,7 @@ def collide_mesh(
     nodes,
     margin,
     motion,
+    turned,
     contacts,
     count,
     scratch,
@@ -213,11 +215,13 @@ def collide_mesh(
         vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
         margin: [m] contacts farther apart are left out.
         motion: [m] bound of how far the shape can come within the step.
+        turned: [rad] how far the mesh turns within the step.
         contacts, count: as in ``manifold.emit``.
         scratch: (264, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
     set_motion(motion, scratch)
+    set_turned(turned, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     two_sided = mesh.two_sided == 1
     found = np.int64(0)

@@ -15,7 +15,7 @@ from .mesh_surface import is_way_out, push_out, side_of
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
-from .terrain_shape import CENTER_ROW, get, margin_of, motion_of, scale_of, set_motion
+from .terrain_shape import CENTER_ROW, get, margin_of, motion_of, scale_of, set_motion, set_turned
 from .triangle import REGION_SLACK
 
 
@@ -64,6 +64,7 @@ def collide_cylinder_mesh(
     nodes,
     margin,
     motion,
+    turned,
     contacts,
     count,
     scratch,
@@ -72,6 +73,7 @@ def collide_cylinder_mesh(
     radius, half_length = size_a[0], size_a[1]
     _, axes = put_cylinder(size_a, position_a, rotation_a, position_b, rotation_b, margin, scratch)
     set_motion(motion, scratch)
+    set_turned(turned, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     two_sided = mesh.two_sided == 1
     found = np.int64(0)
@@ -115,6 +117,7 @@ def collide_hull_mesh(
     nodes,
     margin,
     motion,
+    turned,
     contacts,
     count,
     scratch,
@@ -122,6 +125,7 @@ def collide_hull_mesh(
     """Append the contacts of a hull (terrain_hull.py) with a mesh; return the new count."""
     origin, axes = put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch)
     set_motion(motion, scratch)
+    set_turned(turned, scratch)
     vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
     two_sided = mesh.two_sided == 1
     found = np.int64(0)

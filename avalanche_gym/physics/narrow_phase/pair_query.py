@@ -31,6 +31,8 @@ PAIR_QUERY = np.dtype(
         ("shift", np.float64, 3),  # [m]
         ("turn", np.float64, 3),  # [rad]
         ("loose", np.float64),  # [m] what of the motion these do not say
+        ("turned_a", np.float64),  # [rad] bound of how far body a turns
+        ("turned_b", np.float64),
         ("sense", np.float64),  # 1.0 if shape a is that of body a, else -1.0
         ("world", np.int64),
         ("header", np.int64),  # address
@@ -49,19 +51,27 @@ def query_at(address):
 
 
 @kernel
-def move_by(query, pivot, shift, turn, loose, motion):
-    """Say how body b moves against body a: path.py; ``motion`` [m] bounds all of it."""
+def move_by(query, pivot, shift, turn, loose, motion, turned_a, turned_b):
+    """Say how body b moves against body a: path.py; ``motion`` [m] bounds all of it, ``turned`` [rad] their turns."""
     vec3.store(query.pivot, pivot)
     vec3.store(query.shift, shift)
     vec3.store(query.turn, turn)
     query.loose = loose
     query.motion = motion
+    query.turned_a = turned_a
+    query.turned_b = turned_b
 
 
 @kernel
 def move_anyhow(query, motion):
     """Say that the bodies move against each other by no more than ``motion`` [m]."""
-    move_by(query, vec3.ZERO, vec3.ZERO, vec3.ZERO, motion, motion)
+    move_by(query, vec3.ZERO, vec3.ZERO, vec3.ZERO, motion, motion, 0.0, 0.0)
+
+
+@kernel
+def turned_of_second(query):
+    """[rad] how far the second shape turns."""
+    return query.turned_b if query.sense > 0.0 else query.turned_a
 
 
 @kernel

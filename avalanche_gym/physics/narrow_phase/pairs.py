@@ -41,7 +41,7 @@ from .mesh_height_field import collide_mesh_height_field, collide_mesh_smooth_fi
 from .mesh_mesh import collide_meshes
 from .mesh_plane import collide_plane_mesh
 from .mesh_solids import collide_cylinder_mesh, collide_hull_mesh
-from .pair_query import contact_list, first_of, query_at, scratch_of, second_of
+from .pair_query import contact_list, first_of, query_at, scratch_of, second_of, turned_of_second
 from .path import path_of
 from .plane import box_plane, capsule_plane, sphere_plane
 from .smooth_field import collide_box, collide_cylinder, collide_hull, collide_rounded
@@ -243,7 +243,17 @@ def mesh_stage(address, count):
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
     return collide_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
+        *place,
+        rows[query.data_b],
+        vertices,
+        faces,
+        nodes,
+        margin,
+        query.motion,
+        turned_of_second(query),
+        contacts,
+        count,
+        scratch_of(query),
     )
 
 
@@ -254,7 +264,17 @@ def cylinder_mesh_stage(address, count):
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
     return collide_cylinder_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
+        *place,
+        rows[query.data_b],
+        vertices,
+        faces,
+        nodes,
+        margin,
+        query.motion,
+        turned_of_second(query),
+        contacts,
+        count,
+        scratch_of(query),
     )
 
 
@@ -265,7 +285,17 @@ def hull_mesh_stage(address, count):
     rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
     return collide_hull_mesh(
-        *place, rows[query.data_b], vertices, faces, nodes, margin, query.motion, contacts, count, scratch_of(query)
+        *place,
+        rows[query.data_b],
+        vertices,
+        faces,
+        nodes,
+        margin,
+        query.motion,
+        turned_of_second(query),
+        contacts,
+        count,
+        scratch_of(query),
     )
 
 

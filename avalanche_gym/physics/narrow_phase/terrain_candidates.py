@@ -14,6 +14,7 @@ of each direction.
 "Deepest" is as the motion of the step leaves it, if nothing touches (path.py): a corner that strikes in this step must
 be among them. Where that one ends at e < 0 it will be lifted by -e, and what is near to it with it: by less the farther
 off it is, and not at all at the distance of the shape's size. What is open even then counts less.
+Of a shape that turns by more than ``FAR_TURN``, to which a path of first order says nothing, it is the deepest now.
 
 **Feature ids.** A contact belongs to a point of the moving shape (a corner, the end of a capsule, a sphere), to the
 crossing of two edges, or to a vertex of the terrain. Crossings and vertices have one number for all their life. A
@@ -40,6 +41,9 @@ CAPACITY = 64
 MOST_CONTACTS = 12
 # What a difference of unit normals counts against one of positions in units of the shape's size.
 NORMAL_WEIGHT = 0.3
+
+# [rad] From here on a path to first order in the turn (path.py) does not tell what will strike.
+FAR_TURN = 0.5
 
 # Candidates closer than this in position, relative to the shape's size, and in unit normal are one contact.
 MERGE_DISTANCE = 1e-6
@@ -75,6 +79,8 @@ def reduce_candidates(scratch, count, most):
     per_scale = 1.0 / scale
     scale *= NORMAL_WEIGHT
     seen = path_in(scratch)
+    if vec3.norm_squared(seen[1]) > FAR_TURN * FAR_TURN:
+        seen = (vec3.ZERO, vec3.ZERO)
     deepest = math.inf
     for kept in range(most):
         chosen = kept

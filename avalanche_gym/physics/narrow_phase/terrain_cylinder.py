@@ -29,7 +29,7 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_features import TILT, counts_there, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
+from .terrain_features import TILT, can_turn_to, counts_there, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
 from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, axis_of, get, in_frame, margin_of, put_core, set_girth
 from .triangle import REGION_SLACK
 
@@ -271,7 +271,8 @@ def _vertex(scratch, row, radius, half_length, count):
         d = vec3.scale(-outward[0], axis_of(scratch, 0))
         d = vec3.add_scaled(vec3.add_scaled(d, -outward[1], axis_of(scratch, 1)), -outward[2], axis_of(scratch, 2))
         on_cap = abs(outward[2]) == 1.0
-        if in_vertex_cone(scratch, row, d, TILT if on_cap else REGION_SLACK):
+        slack = can_turn_to(scratch, gap, TILT if on_cap else REGION_SLACK)
+        if in_vertex_cone(scratch, row, d, slack):
             part = RIM_PART
             if on_cap:
                 part = 1 if outward[2] > 0.0 else 0

@@ -37,7 +37,17 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, put, radius_of
+from .terrain_shape import (
+    CENTER_ROW,
+    CORNER_ROW,
+    FIRST_FEATURE_ROW,
+    axis_of,
+    get,
+    margin_of,
+    put,
+    radius_of,
+    turned_of,
+)
 from .triangle import REGION_SLACK
 
 # [rad] How far from flat a face of a box may lie on an edge or vertex of the terrain, and still be supported by all of
@@ -124,8 +134,22 @@ def meet_along(r, e, b, d):
 
 
 @kernel
+def can_turn_to(scratch, gap, slack):
+    """Sine of the angle by which a normal may miss the cone of a vertex ``gap`` [m] off: ``slack``, or how it turns.
+
+    A solid of many corners that turns far within the step strikes with one that is not its nearest now. Where it turns
+    by less than TILT the next one is about as near, and is found in the next step.
+    """
+    turned = turned_of(scratch)
+    if gap < 0.0 or turned <= TILT:
+        return slack
+    return max(slack, math.sin(turned)) if turned < 0.5 * math.pi else 1.0
+
+
+@kernel
 def in_vertex_cone(scratch, row, d, slack):
-    inside = vec3.dot(d, get(scratch, row, 4)) > 0.0
+    """Whether d lies in the cone of a vertex, up to an angle of this sine; 1.0: on whatever side."""
+    inside = slack >= 1.0 or vec3.dot(d, get(scratch, row, 4)) > 0.0
     for spoke in range(row + 1, row + 1 + int(scratch[row, 0])):
         t = get(scratch, spoke, 0)
         along = vec3.dot(d, t)
@@ -178,9 +202,11 @@ def _rounded(scratch, row, count):
         if end < ends and half_length > 0.0 and vec3.dot(d, axis) * along > TILT * half_length:
             # The end of a capsule owns only what lies beyond it.
             continue
-        in_cone = in_vertex_cone(scratch, row, d, REGION_SLACK) if is_vertex else in_edge_cone(scratch, row, d)
+        gap = distance - radius
+        in_cone = in_edge_cone(scratch, row, d)
+        if is_vertex:
+            in_cone = in_vertex_cone(scratch, row, d, can_turn_to(scratch, gap, REGION_SLACK))
         if in_cone:
-            gap = distance - radius
             count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
     return count
 
@@ -305,7 +331,7 @@ def _beside_box(scratch, row, x, gaps, count):
         d = vec3.add_scaled(d, -math.copysign(max(gaps[k], 0.0), x[k]), axis_of(scratch, k))
     gap = vec3.norm(d)
     d = vec3.scale(1.0 / gap, d)
-    if gap > margin_of(scratch) or not in_vertex_cone(scratch, row, d, REGION_SLACK):
+    if gap > margin_of(scratch) or not in_vertex_cone(scratch, row, d, can_turn_to(scratch, gap, REGION_SLACK)):
         return count
     feature = feature_of(TERRAIN_VERTEX, EDGE_PART, VERTEX_PLACE, int(scratch[row, 7]))
     position = vec3.add_scaled(get(scratch, row, 1), 0.5 * gap, d)
@@ -336,7 +362,8 @@ def _under_box(scratch, row, count):
         refused |= 1 << axis
         side = math.copysign(1.0, x[axis])
         d = vec3.scale(-side, axis_of(scratch, axis))
-        if (outside == 1 and gaps[axis] < 0.0) or not in_vertex_cone(scratch, row, d, TILT):
+        slack = can_turn_to(scratch, gaps[axis], TILT)
+        if (outside == 1 and gaps[axis] < 0.0) or not in_vertex_cone(scratch, row, d, slack):
             continue
         part = 2 * axis + (1 if side > 0.0 else 0)
         feature = feature_of(TERRAIN_VERTEX, part, VERTEX_PLACE, int(scratch[row, 7]))

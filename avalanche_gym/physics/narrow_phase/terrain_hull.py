@@ -21,7 +21,7 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_features import PARALLEL, TILT, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
+from .terrain_features import PARALLEL, TILT, can_turn_to, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
 from .terrain_shape import FIRST_FEATURE_ROW, get, in_frame, margin_of, put_core, put_corner, scale_of
 from .triangle import REGION_SLACK
 
@@ -204,7 +204,7 @@ def _beside_hull(scratch, row, hull, v, axes, count):
     if gap > margin_of(scratch) or gap == 0.0:
         return count
     d = mat3.apply(axes, vec3.scale(1.0 / gap, vec3.sub(nearest, v)))
-    if not in_vertex_cone(scratch, row, d, REGION_SLACK):
+    if not in_vertex_cone(scratch, row, d, can_turn_to(scratch, gap, REGION_SLACK)):
         return count
     feature = feature_of(TERRAIN_VERTEX, EDGE_PART, VERTEX_PLACE, int(scratch[row, 7]))
     return add_candidate(scratch, count, vec3.add_scaled(get(scratch, row, 1), 0.5 * gap, d), d, gap, feature)
@@ -231,7 +231,8 @@ def _under_hull(scratch, row, hull, origin, axes, count):
             nearest = face
         if height <= chosen_height or vec3.dot(n, beyond) <= 0.0:
             continue
-        if in_vertex_cone(scratch, row, mat3.apply(axes, vec3.neg(n)), TILT):
+        slack = can_turn_to(scratch, height, TILT)
+        if in_vertex_cone(scratch, row, mat3.apply(axes, vec3.neg(n)), slack):
             chosen = face
             chosen_height = height
     if highest > slack:

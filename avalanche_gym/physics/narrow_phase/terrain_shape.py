@@ -13,7 +13,7 @@ call passes two or three arguments instead of twenty:
     144         center (3) [m], half extents (3) [m], radius [m], margin [m]
     145, 146    axes: the rotation of the core, row by row (9); its size [m]; the square of its reach from the center
                 [m^2]; the gap [m] from which on an open contact counts less (terrain_candidates.py); how far [m] it
-                can come within the step; 1 for a box
+                can come within the step; 1 for a box; how far [rad] the terrain turns within the step
     147         lower bounds (3), upper bounds (3) [m], with radius and margin
     148 ...     eight corners: position (3) [m], feature number; the last three columns hold, row by row, how the shape
                 moves within the step (path.py): displacement [m] of what is at the frame's origin, turn [rad],
@@ -199,6 +199,18 @@ def rest_of(scratch):
 
 
 @kernel
+def set_turned(turned, scratch):
+    """Say how far [rad] the terrain turns within the step."""
+    scratch[AXES_ROW + 1, 6] = turned
+
+
+@kernel
+def turned_of(scratch):
+    """[rad]"""
+    return scratch[AXES_ROW + 1, 6]
+
+
+@kernel
 def reach_squared_of(scratch):
     """[m^2] square of the radius about the center within which contacts can lie."""
     return scratch[AXES_ROW + 1, 2]
@@ -232,6 +244,7 @@ def put_core(center, axes, half, radius, margin, scratch):
     scratch[AXES_ROW + 1, 3] = margin
     scratch[AXES_ROW + 1, 4] = 0.0
     scratch[AXES_ROW + 1, 5] = 0.0
+    scratch[AXES_ROW + 1, 6] = 0.0
     stand_still(margin, scratch)
     put(scratch, CORNER_ROW + 4, PATH_COLUMN, center)
     set_girth(math.sqrt(half[0] * half[0] + half[1] * half[1]), scratch)

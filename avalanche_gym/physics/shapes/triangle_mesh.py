@@ -123,6 +123,16 @@ class TriangleMesh(Shape):
         widths = np.ptp(points @ axes.T, axis=0)
         return 0.5 * float(widths[widths > 1e-9 * widths.max()].min()) if widths.max() > 0.0 else 0.0
 
+    def lever_about(self, point: ArrayLike) -> float:
+        """[m] How far the surface moves along its normals at most, a radian of turning about ``point`` [m].
+
+        That is the largest |p x n| of a point p of a face with normal n; on a face it is largest at a corner.
+        """
+        corners = (self.vertices - np.asarray(point))[self.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return float(np.linalg.norm(np.cross(corners, normals[:, None]), axis=2).max())
+
     def mass_properties(self) -> mass_properties.MassProperties:
         if not self.is_closed:
             raise ValueError(
