@@ -54,8 +54,12 @@ CERTIFIED = 0.1
 WARM_DELTA, WARM_BUDGET = 1e-6, 8
 # If the tolerance is loose enough to be reached in that one step, the weight is this share of it.
 LOOSE, WARM_SHARE = 1e-7, 0.01
-# Islands of so few bodies are swept, which is cheap there, and given to Newton again before the interior point.
-SWEPT_BODIES, SWEPT_DELTA, SWEPT_BUDGET = 2, 1e-6, 8
+# Islands of so few bodies are swept, which is cheap there, and given to Newton again before the interior point. The
+# weight is then the residual: as that of Levenberg and Marquardt it follows the error, so that convergence stays
+# quadratic (Fan & Yuan 2005), and no step goes much farther than the error does. A fixed 1e-6 threw what the sweeps had
+# nearly solved far off: contacts that are nearly redundant take and give back any load. A larger least weight: steps
+# wasted near the end.
+SWEPT_BODIES, SWEPT_DELTA, SWEPT_BUDGET = 11, 1e-6, 12
 # Interior point: residual at which Newton takes over, in the first round and in the second, and most factorisations of
 # each. Handing over earlier saves steps in easy islands and loses jammed ones.
 FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
@@ -212,7 +216,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
             fresh = False
             if swept:
-                delta = SWEPT_DELTA
+                delta = max(present, SWEPT_DELTA)
                 budget = SWEPT_BUDGET
                 continue
             method = INTERIOR_POINT
