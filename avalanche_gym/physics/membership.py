@@ -13,7 +13,7 @@ import numpy as np
 
 from . import frames
 from .construction import Tables, rows_of, rules_of
-from .model import COLLIDER, DYNAMIC, NUM_SHAPES, REMOVED
+from .model import COLLIDER, DYNAMIC, KINEMATIC, NUM_SHAPES, REMOVED
 from .scene import Body, Scene
 from .shapes import HeightField
 from .storage import Storage
@@ -63,7 +63,8 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
         arrays["pair_functions"][place] = address
     storage.link_tables(("colliders", "pair_rules"))
     storage.choose_tiers()
-    if row["restitution"] > 0.0 or row["rolling_friction"] > 0.0 or row["torsional_friction"] > 0.0:
+    special = ("restitution", "rolling_friction", "torsional_friction")
+    if row["motion"] == KINEMATIC or any(row[name] > 0.0 for name in special):
         storage.note_features()
     frames.adopt(storage.address, EVERY_WORLD, handle)
     storage.initial["states"][0, handle] = arrays["states"][0, handle]

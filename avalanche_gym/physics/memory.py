@@ -99,6 +99,7 @@ HEADER = np.dtype(
         ("sleeping", np.int64),  # 0: nothing may sleep
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
         ("moving_heights", np.int64),
+        ("driven", np.int64),  # 0: this scene has no kinematic bodies
         ("restitution", np.int64),  # 0: nothing in this scene bounces
         ("moments", np.int64),  # 0: no contact of this scene has rolling or torsional friction
         ("time_step", np.float64),  # [s]

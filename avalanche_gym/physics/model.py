@@ -214,8 +214,9 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
             np.float64,
             3,
         ),  # [kg m^2/s] world frame; holds while angular_velocity is what follows from it
-        ("force", np.float64, 3),  # [N] at the centre of mass, held until the end of the call
-        ("torque", np.float64, 3),  # [N m] about the centre of mass
+        ("force", np.float64, 3),  # [N] at the centre of mass, held until the end of the call; of a driven body its
+        # acceleration [m/s^2] within the step
+        ("torque", np.float64, 3),  # [N m] about the centre of mass; of a driven body [rad/s^2]
     ],
     align=True,
 )
@@ -226,6 +227,10 @@ REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly m
         ("still", np.int64),  # steps in a row in which it has hardly moved
         ("barred", np.int64),  # 1: the user lets it never sleep
         ("seen", np.float64, 13),  # state in which the last step began (contacts/coherence.py); orientation 0: none
+        # Of a driven body (integrator/driven.py) velocity [m/s] and angular velocity [rad/s] as the user gave them:
+        ("driven", np.float64, 6),  # in this step
+        ("driven_before", np.float64, 6),  # in the last one
+        ("driven_change", np.float64, 6),  # by how much those differed from the ones before
         # Of the first body of an island that is large:
         ("tried", np.int64),  # 1: the exact tier has tried in the last step
         ("pause", np.int64),  # [steps] after its next failure

@@ -13,6 +13,7 @@ from .contacts.sleeping import nothing_moves, wake_island
 from .detection import first_non_finite
 from .diagnostics import kinetic_energy_of, potential_energy_of
 from .frames import kick
+from .integrator.driven import begin_driving, end_driving
 from .jit import call_stage, entry_point, kernel
 from .maths import vec3
 from .memory import (
@@ -32,7 +33,24 @@ from .model import CONTACTS_FULL, NON_FINITE, OK, PAIRS_FULL, SOLVER_FULL, WHOLE
 
 @kernel
 def step_world(address, workspace_address, world):
-    """Advance one world by one step; return its status and what REPORT.detail says to it.
+    """Advance one world by one step, driven bodies in even acceleration; return its status and what REPORT.detail says
+    to it.
+    """
+    header = header_at(address)
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    rest = rest_of(header, world)
+    if header.driven == 1:
+        begin_driving(bodies, states, rest, header.time_step)
+    status, detail = _step_driven(address, workspace_address, world)
+    if header.driven == 1:
+        end_driving(bodies, states, rest, status == OK)
+    return status, detail
+
+
+@kernel
+def _step_driven(address, workspace_address, world):
+    """The step of one world whose driven bodies have the velocities and accelerations of its start.
 
     flight        every body flies to the end of the step as if nothing touched (exact)
     broad phase   pairs of bodies whose swept bounds meet

@@ -20,6 +20,7 @@ from .model import (
     CONTACT,
     CONTACTS_FULL,
     DYNAMIC,
+    KINEMATIC,
     LEAST_BODIES,
     NUM_SHAPES,
     PAIRS_FULL,
@@ -232,6 +233,7 @@ class Storage:
         header, arrays = self.header[0], self.arrays
         bounces = arrays["bodies"]["restitution"].any() or (arrays["pair_rules"]["restitution"] > 0.0).any()
         header["restitution"] = bool(bounces)
+        header["driven"] = bool((arrays["bodies"]["motion"] == KINEMATIC).any())
         header["moments"] = bool(
             arrays["bodies"]["rolling_friction"].any() or arrays["bodies"]["torsional_friction"].any()
         )

@@ -114,8 +114,8 @@ def fly(state_in, body, fields, time_step, state_out):
     """Advance one body by ``time_step`` [s], of either sign, of motion without contact.
 
     ``state_in`` and ``state_out`` are BODY_STATE records and may be the same; ``body`` is its BODY record; ``fields``
-    is a 1-D array of FIELD. A dynamic body moves under the fields and its held force and torque, a kinematic one keeps
-    its velocities, a static one its place. A state without a defined future (at the very centre of a point field,
+    is a 1-D array of FIELD. A dynamic body moves under the fields and its held force and torque, a kinematic one with
+    the accelerations that stand in their place (driven.py), a static one keeps its place. A state without a defined future (at the very centre of a point field,
     beyond the range of floats) comes out not finite.
     """
     position = vec3.load(state_in.center)
@@ -146,8 +146,9 @@ def fly(state_in, body, fields, time_step, state_out):
             angular_velocity = angular_velocity_of(q, momentum, inertia)
             store_momentum(state_out, momentum)
     elif motion == KINEMATIC:
-        position = vec3.add_scaled(position, time_step, velocity)
-        q = advance_steady(q, angular_velocity, time_step)
+        position, velocity = parabola.advance(position, velocity, force, time_step)
+        q = advance_steady(q, vec3.add_scaled(angular_velocity, 0.5 * time_step, torque), time_step)
+        angular_velocity = vec3.add_scaled(angular_velocity, time_step, torque)
     vec3.store(state_out.center, position)
     vec3.store(state_out.velocity, velocity)
     quat.store(state_out.orientation, q)

@@ -31,7 +31,7 @@ from ..maths import quat, vec3
 from ..model import DYNAMIC, ON_A, ON_B, STATIC
 from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
 from .creep import CLOSING, drifts_away
-from .places import back_to_middle, take_middle
+from .places import back_to_middle, on_to_middle, take_middle
 
 
 @kernel
@@ -115,7 +115,9 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
             # What is deeper is left to the position stage.
             if contact.start_gap >= -DRIFT * contact.size:
                 contact.bias = CLOSING * contact.start_gap / whole_step
-            turning = vec3.add_scaled(turning, CLOSING / whole_step, vec3.load(contact.creep))
+            # A rigid motion makes it good only where it has turned on as its arm has.
+            creep = on_to_middle(contact, predicted, working, vec3.load(contact.creep))
+            turning = vec3.add_scaled(turning, CLOSING / whole_step, creep)
         vec3.store(contact.turning, turning)
 
 

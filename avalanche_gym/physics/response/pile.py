@@ -85,6 +85,16 @@ def _turn_in_flight(start, flight, time_step, arm):
 
 
 @kernel
+def _velocity_in_flight(body, start, flown, arm):
+    """Velocity [m/s] of a point at ``arm``: at the end of the flight; of what is driven the mean, whose place counts."""
+    velocity = vec3.add(vec3.load(flown.velocity), vec3.cross(vec3.load(flown.angular_velocity), arm))
+    if body.motion == DYNAMIC:
+        return velocity
+    before = vec3.add(vec3.load(start.velocity), vec3.cross(vec3.load(start.angular_velocity), arm))
+    return vec3.scale(0.5, vec3.add(before, velocity))
+
+
+@kernel
 def prepare_contacts(
     bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, nodes, index
 ):
@@ -104,8 +114,8 @@ def prepare_contacts(
         t1, t2 = vec3.tangents(normal)
         row.a = row.b = num_bodies
         prescribed = vec3.load(contact.surface_velocity)
-        velocity_a = vec3.add(vec3.load(flight_a.velocity), vec3.cross(vec3.load(flight_a.angular_velocity), arm_a))
-        velocity_b = vec3.add(vec3.load(flight_b.velocity), vec3.cross(vec3.load(flight_b.angular_velocity), arm_b))
+        velocity_a = _velocity_in_flight(bodies[handle_a], start_a, flight_a, arm_a)
+        velocity_b = _velocity_in_flight(bodies[handle_b], start_b, flight_b, arm_b)
         free = vec3.add(prescribed, vec3.sub(velocity_b, velocity_a))
         if bodies[handle_a].motion == DYNAMIC:
             row.a = index[RESERVED + handle_a]

@@ -94,6 +94,18 @@ def back_to_middle(contact, predicted, working, vector):
 
 
 @kernel
+def on_to_middle(contact, predicted, working, vector):
+    """A vector at the start of the step, that turns with the body that carries the normal, as the middle sees it."""
+    carrier = contact.body_a if contact.frame == ON_A else contact.body_b
+    end = quat.load(predicted[carrier].orientation)
+    middle = quat.load(working[carrier].orientation)
+    if end[1] == middle[1] and end[2] == middle[2] and end[3] == middle[3]:
+        return vector
+    # Both halves of the turn are alike.
+    return quat.rotate(end, quat.rotate_inverse(middle, vector))
+
+
+@kernel
 def predict_places(
     bodies, starts, flown, ends, time_step, contacts, order, first, last, island_bodies, first_body, last_body,
     predicted, working,

@@ -10,6 +10,7 @@ from ..contacts.matching import match_contacts
 from ..contacts.prediction import predict_contacts
 from ..contacts.sleeping import touch_sleepers
 from ..frames import publish_body
+from ..integrator.driven import give_back
 from ..jit import stage
 from ..maths import quat, vec3
 from ..memory import (
@@ -96,6 +97,8 @@ def commit(address, workspace_address, world, count):
             vec3.store(state.velocity, vec3.load(end.velocity))
             vec3.store(state.angular_velocity, vec3.load(end.angular_velocity))
             vec3.store(state.angular_momentum, vec3.load(end.angular_momentum))
+            if body.motion == KINEMATIC:
+                give_back(state, rest[index])
             publish_body(header, world, index, body, state)
     memory = contacts_of(header, world)
     for number in range(count):
