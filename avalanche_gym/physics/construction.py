@@ -235,7 +235,6 @@ class ShapeTables:
         return {
             "height_fields": rows,
             "heights": heights,
-            "height_rates": np.zeros_like(heights),
             **self._hull_tables(),
             **self._mesh_tables(),
         }

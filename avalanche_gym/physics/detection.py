@@ -34,8 +34,8 @@ from .memory import (
 from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING, WHOLE
 from .narrow_phase.answers import ANY_PAIR, UNKNOWN, forget_answers, keeps_answers, note_answers, recall_answers
 from .narrow_phase.collide import collide_bodies, collide_pair
-from .narrow_phase.moving_heights import fastest_rate
-from .narrow_phase.pair_query import move_anyhow, move_by, query_at
+from .narrow_phase.moving_heights import begin_moving, place_ground
+from .narrow_phase.pair_query import aim, move_anyhow, move_by, query_at
 
 # Where impacts are located contacts are asked for so much farther than flight can lead: what contacts turn faster than
 # it flies would have to be asked about again. Larger: more contacts that cannot matter.
@@ -57,7 +57,9 @@ def fly_bodies(address, workspace_address, world):
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     members = table(workspace.members, header.num_bodies, np.int64)
     workspace.num_members = 0
-    workspace.fastest_rate = fastest_rate(header, world) if header.moving_heights == 1 else 0.0
+    workspace.fastest_rate = 0.0
+    if header.moving_heights == 1:
+        begin_moving(header, workspace, world)
     for index in range(header.num_bodies):
         if bodies[index].motion == DYNAMIC:
             members[workspace.num_members] = index
@@ -155,15 +157,11 @@ def find_contacts(address, workspace_address, world, num_pairs):
     pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     query = query_at(workspace.query)
-    query.world = world
-    query.header = address
-    query.contacts = workspace.contacts
-    query.capacity = workspace.contacts_size
-    query.scratch = workspace.clipping
-    query.scratch_rows = workspace.clipping_size // 8
+    aim(query, address, world, workspace, workspace.contacts, workspace.contacts_size)
+    place_ground(header, workspace, query, world, workspace.elapsed)
     rules = table(header.pair_rules, header.pair_rules_size, PAIR_RULE)
     span = workspace.span
-    rise = (workspace.elapsed + span) * workspace.fastest_rate
+    rise = span * workspace.fastest_rate
     rest = rest_of(header, world)
     before = contacts_of(header, world)
     chains = table(workspace.island_starts, workspace.island_starts_size, np.int64)
@@ -171,8 +169,9 @@ def find_contacts(address, workspace_address, world, num_pairs):
     coherent = workspace.part == WHOLE and header.moving_heights == 0
     chained = False
     colliders = colliders_of(header)
-    # In a crowd most islands are not stopped for their impacts: what is said of them is not asked again.
-    kept = header.events == 1 and (workspace.part != WHOLE or header.step_pile == 0)
+    # In a crowd most islands are not stopped for their impacts: what is said of them is not asked again. Ground that
+    # moves would have to be asked again.
+    kept = header.events == 1 and header.moving_heights == 0 and (workspace.part != WHOLE or header.step_pile == 0)
     if workspace.part == WHOLE:
         forget_answers(workspace)
     count = np.int64(0)
@@ -209,10 +208,6 @@ def find_contacts(address, workspace_address, world, num_pairs):
         for index in range(start, min(count, contacts.shape[0])):
             mix_materials(bodies[a], bodies[b], rule, contacts[index])
             vec3.store(contacts[index].blow, vec3.ZERO)
-            if header.moving_heights == 1:
-                # The table of heights is that of the start of the step.
-                drift = vec3.scale(workspace.elapsed, vec3.load(contacts[index].surface_velocity))
-                contacts[index].gap += vec3.dot(vec3.load(contacts[index].normal), drift)
     if header.hide_seams != 0 and count <= contacts.shape[0]:
         return call_stage(header.hide_seams, address, workspace_address, world, count)
     return count
@@ -236,12 +231,8 @@ def follow_contacts(address, workspace_address, world, first, last):
     order = table(workspace.order, workspace.order_size, np.int64)
     num_colliders = colliders_of(header).shape[0]
     query = query_at(workspace.query)
-    query.world = world
-    query.header = address
-    query.contacts = workspace.asked
-    query.capacity = workspace.asked_size
-    query.scratch = workspace.clipping
-    query.scratch_rows = workspace.clipping_size // 8
+    aim(query, address, world, workspace, workspace.asked, workspace.asked_size)
+    place_ground(header, workspace, query, world, workspace.elapsed + workspace.span)
     pair = np.int64(-1)
     count = np.int64(0)
     apart = False
@@ -257,6 +248,7 @@ def follow_contacts(address, workspace_address, world, first, last):
             a = contact.body_a
             b = contact.body_b
             moved = _motion(states[a], predicted[a], states[b], predicted[b], contact)
+            moved += workspace.span * workspace.fastest_rate
             if moved > STILL * contact.size:
                 query.margin = SLACK * contact.size
                 move_anyhow(query, moved)
@@ -280,12 +272,10 @@ def follow_contacts(address, workspace_address, world, first, last):
         number = _find(asked, min(count, asked.shape[0]), contact)
         if number >= 0:
             found = asked[number]
-            normal = vec3.load(found.normal)
-            drift = vec3.scale(workspace.elapsed + workspace.span, vec3.load(contact.surface_velocity))
-            rise = vec3.dot(normal, drift)
-            vec3.store(contact.end_normal, normal)
-            vec3.store(contact.end_position, vec3.add_scaled(vec3.load(found.position), 0.5 * rise, normal))
-            contact.end_gap = found.gap + rise
+            vec3.store(contact.end_normal, vec3.load(found.normal))
+            vec3.store(contact.end_position, vec3.load(found.position))
+            vec3.store(contact.end_surface_velocity, vec3.load(found.surface_velocity))
+            contact.end_gap = found.gap
     return 0
 
 

@@ -25,7 +25,8 @@ from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
 from .model import BODY_STATE, CAPSULE, CONTACT, CONTACTS_FULL, CYLINDER, DYNAMIC, OK, PAIRS_FULL
 from .narrow_phase.collide import collide_bodies
-from .narrow_phase.pair_query import move_anyhow, query_at
+from .narrow_phase.moving_heights import place_ground
+from .narrow_phase.pair_query import aim, move_anyhow, query_at
 from .response.bodies import shift
 from .response.pile import place_node, stand_still
 from .solver.pile import gap_after, part, prepare_response
@@ -200,12 +201,8 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
     pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
     found = table(workspace.recent, workspace.recent_size, CONTACT)
     query = query_at(workspace.query)
-    query.world = world
-    query.header = address
-    query.contacts = workspace.recent
-    query.capacity = workspace.recent_size
-    query.scratch = workspace.clipping
-    query.scratch_rows = workspace.clipping_size // 8
+    aim(query, address, world, workspace, workspace.recent, workspace.recent_size)
+    place_ground(header, workspace, query, world, header.time_step)
     move_anyhow(query, 0.0)
     count = np.int64(0)
     enough = True
@@ -218,8 +215,6 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
         count = collide_bodies(header, workspace.query, bodies, ends, a, b, count)
         for index in range(start, min(count, found.shape[0])):
             contact = found[index]
-            # The table of heights is that of the start of the step.
-            contact.gap += header.time_step * vec3.dot(vec3.load(contact.normal), vec3.load(contact.surface_velocity))
             contact.size = size
             enough = enough and contact.gap >= -SHALLOW * size
     return count, enough

@@ -70,6 +70,8 @@ WORLD_TABLES = {
     "impulses": np.dtype(np.float64),  # (worlds, bodies, 6) [N s], [N m s] about the centre of mass, for the next call
     "heights": np.dtype(np.float64),  # (1 or worlds, samples) [m]
     "height_rates": np.dtype(np.float64),  # (1 or worlds, samples) [m/s]
+    "height_rates_before": np.dtype(np.float64),  # (1 or worlds, samples) [m/s] in the last step
+    "height_rate_changes": np.dtype(np.float64),  # (1 or worlds, samples) [m/s] by which those differed from before
     "remaining": np.dtype(np.int64),  # (worlds,) steps left in this call
     "reports": REPORT,  # (worlds,)
     "grids": GRID,  # (worlds,) these four are empty unless the scene has many bodies
@@ -145,6 +147,10 @@ WORKSPACE_TABLES = {
     "asked": CONTACT,  # (ASKED,) of one pair of colliders, after moving
     "questions": QUESTION,  # (MOST_QUESTIONS,) that the narrow phase has answered in this step
     "answers": ANSWER,  # (MOST_ANSWERS,)
+    # (samples,) these three only while heights move:
+    "heights_then": np.dtype(np.float64),  # [m] at ``heights_time``
+    "height_velocities": np.dtype(np.float64),  # [m/s] then
+    "height_accelerations": np.dtype(np.float64),  # [m/s^2] in this step
     "sums": np.dtype(np.float64),  # (bodies * 6,) [N s], [N m s] impulse and angular impulse on each body
     "island": np.dtype(np.int64),  # (bodies,) of each body, -1 for none
     "island_starts": np.dtype(np.int64),  # (bodies + 1,) first contact of each island in ``order``
@@ -180,6 +186,7 @@ WORKSPACE = np.dtype(
         ("step", np.int64),  # number of the present one: what ``questions`` says of another one is forgotten
         ("num_answers", np.int64),
         ("fastest_rate", np.float64),  # [m/s] of any sample of moving heights
+        ("heights_time", np.float64),  # [s] of the step at which ``heights_then`` are the heights
         ("num_islands", np.int64),
         ("impact_time", np.float64),  # [s] of the first impact, from the beginning of the present part
         ("detail", np.int64),  # entries that a full table needs
@@ -306,17 +313,21 @@ def fields_of(header):
 
 
 @kernel
-def heights_of(header, world):
-    """(samples,) heights [m] of one world."""
-    offset = 8 * world * header.num_heights if header.height_worlds > 1 else 0
-    return carray(_pointer(header.heights + offset), header.num_heights, np.float64)
+def pool_address(address, header, world):
+    """Address of one world's samples in a table of floats (1 or worlds, samples)."""
+    return address + (8 * world * header.num_heights if header.height_worlds > 1 else 0)
 
 
 @kernel
-def height_rates_of(header, world):
-    """(samples,) rates of the heights [m/s] of one world."""
-    offset = 8 * world * header.num_heights if header.height_worlds > 1 else 0
-    return carray(_pointer(header.height_rates + offset), header.num_heights, np.float64)
+def height_pool(address, header, world):
+    """(samples,) of one world in a table of floats (1 or worlds, samples)."""
+    return table(pool_address(address, header, world), header.num_heights, np.float64)
+
+
+@kernel
+def heights_of(header, world):
+    """(samples,) heights [m] of one world."""
+    return height_pool(header.heights, header, world)
 
 
 @kernel

@@ -101,6 +101,9 @@ FIELD = np.dtype(  # (fields,)
     align=True,
 )
 
+# Pools of the samples of all height fields, of one world or of each: heights and how they move.
+HEIGHT_POOLS = ("heights", "height_rates", "height_rates_before", "height_rate_changes")
+
 # Rows of shape tables end in _ROW: the bare names are the codes of the shapes.
 
 HEIGHT_FIELD_ROW = np.dtype(  # (height fields,)
@@ -284,7 +287,9 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
             "surface_velocity",
             np.float64,
             3,
-        ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights)
+        ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights), where it was asked for
+        ("surface_acceleration", np.float64, 3),  # [m/s^2] how that changes within the step
+        ("end_surface_velocity", np.float64, 3),  # [m/s] at the end that was predicted
         ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by
         ("persistent", np.int64),  # 1: it touches and does not approach
         ("steady", np.int64),  # 1: the step left its island as it was, impulses and places (response/standing.py)
@@ -305,7 +310,6 @@ ANSWER = np.dtype(  # what the narrow phase said of a contact: the fields of CON
         ("curved", np.int64),
         ("radius_a", np.float64),  # [m]
         ("radius_b", np.float64),
-        ("surface_velocity", np.float64, 3),  # [m/s]
     ],
     align=True,
 )

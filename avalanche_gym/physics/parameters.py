@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .integrator.flight import flow_class
 from .mass_properties import check_inertia, check_mass, rotation_matrix
-from .model import HEIGHT_FIELD, SMOOTH_FIELD
+from .model import HEIGHT_FIELD, HEIGHT_POOLS, SMOOTH_FIELD
 from .scene import Body, check_coefficient
 from .shapes.height_spline import pool_of_field
 from .storage import Storage
@@ -169,6 +169,9 @@ def set_heights(
     if moving or not mask.all() or any(len(array) > 1 for array in given.values()):
         storage.separate_heights(moving)
     samples = slice(int(field["first"]), int(field["first"] + field["size"]))
+    if not moving:
+        # What rests has no past: it may start to move at once.
+        given["height_rates_before"] = given["height_rate_changes"] = np.zeros((1, int(field["size"])))
     for name, array in given.items():
         _write_heights(storage.arrays[name][:, samples], mask, array)
     if "heights" in given:
@@ -194,7 +197,8 @@ def reset_heights(storage: Storage, mask: NDArray[np.bool_], initial: NDArray[np
     if shared and not mask.all() and not np.array_equal(arrays["heights"], initial):
         storage.separate_heights(moving=False)
     _write_heights(arrays["heights"], mask, initial)
-    _write_heights(arrays["height_rates"], mask, np.zeros_like(initial))
+    for name in HEIGHT_POOLS[1:]:
+        _write_heights(arrays[name], mask, np.zeros_like(initial))
     for field in arrays["height_fields"]:
         _widen_bounds(field, initial[:, field["first"] : field["first"] + field["size"]])
     storage.note_features()
@@ -230,7 +234,7 @@ def carry_heights(old: Storage, new: Storage, kept: list[int]) -> None:
         source = old.arrays["height_fields"][before["data"]]
         target = new.arrays["height_fields"][collider["data"]]
         size = int(source["size"])
-        for name in ("heights", "height_rates"):
+        for name in HEIGHT_POOLS:
             values = old.arrays[name][:, source["first"] : source["first"] + size]
             new.arrays[name][:, target["first"] : target["first"] + size] = values
     new.bound_heights()

@@ -20,6 +20,7 @@ from .model import (
     CONTACT,
     CONTACTS_FULL,
     DYNAMIC,
+    HEIGHT_POOLS,
     KINEMATIC,
     LEAST_BODIES,
     NUM_SHAPES,
@@ -68,8 +69,7 @@ STATE_TABLES = (
     "linear_velocity",
     "angular_velocity",
     "impulses",
-    "heights",
-    "height_rates",
+    *HEIGHT_POOLS,
 )
 
 
@@ -90,8 +90,9 @@ class Storage:
             self.arrays["proportions"][name] = self.arrays["bodies"][name]
         for name, array in tables.public.items():
             self.arrays[name] = np.repeat(array[None], num_worlds, axis=0)
-        for name in ("heights", "height_rates"):
-            self.arrays[name] = own[name][None].copy()
+        for name in HEIGHT_POOLS:
+            self.arrays[name] = np.zeros_like(own["heights"])[None]
+        self.arrays["heights"][:] = own["heights"]
         self.arrays["impulses"] = np.zeros((num_worlds, num_bodies, 6))
         self.arrays["contacts"] = np.zeros((num_worlds, options.max_contacts or FIRST_CONTACTS), CONTACT)
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
@@ -238,6 +239,8 @@ class Storage:
             arrays["bodies"]["rolling_friction"].any() or arrays["bodies"]["torsional_friction"].any()
         )
         header["moving_heights"] = self.moving_heights = bool(arrays["height_rates"].any())
+        if self.moving_heights:
+            self._make_room_for_moving_heights()
 
     def _pair_functions(self) -> NDArray[np.int64]:
         """Addresses of the functions of the pairs of shapes that can meet in this scene; these alone are compiled."""
@@ -333,6 +336,15 @@ class Storage:
             record[name] = scratch[name].ctypes.data
             record[f"{name}_size"] = scratch[name].size
 
+    def _make_room_for_moving_heights(self) -> None:
+        """Allocate in each workspace the samples at another instant than the start of a step."""
+        samples = self.arrays["heights"].shape[1]
+        for scratch, record in zip(self._scratch, self.workspaces, strict=True):
+            for name in ("heights_then", "height_velocities", "height_accelerations"):
+                if name not in scratch or scratch[name].size < samples:
+                    scratch[name] = np.zeros(samples)
+                    record[0][name], record[0][f"{name}_size"] = scratch[name].ctypes.data, samples
+
     def make_room(self) -> None:
         """Enlarge what the last run found too small, as its reports say."""
         status, detail = self.arrays["reports"]["status"], self.arrays["reports"]["detail"]
@@ -387,16 +399,20 @@ class Storage:
 
     def separate_heights(self, moving: bool) -> None:
         """Give every world heights of its own, and rates if they move. Rates that worlds share are zero."""
-        for name in ("heights", "height_rates") if moving else ("heights",):
+        for name in HEIGHT_POOLS if moving else ("heights",):
             if len(self.arrays[name]) != self.num_worlds:
                 self.arrays[name] = np.repeat(self.arrays[name], self.num_worlds, axis=0)
         self.link()
 
     def bound_heights(self, num_steps: int = 0) -> None:
-        """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps."""
+        """Set ``lowest`` and ``highest`` of each height field to bounds for now and the next ``num_steps`` steps.
+
+        Within a step, whose rate is a mean, samples may swing beyond its ends by a quarter of the fastest rate.
+        """
         time = num_steps * self.options.time_step
         for row in self.arrays["height_fields"]:
             samples = slice(int(row["first"]), int(row["first"] + row["size"]))
             heights, rates = (self.arrays[name][:, samples] for name in ("heights", "height_rates"))
-            row["lowest"] = heights.min() + min(time * rates.min(), 0.0)
-            row["highest"] = heights.max() + max(time * rates.max(), 0.0)
+            swing = 0.25 * self.options.time_step * np.abs(rates).max()
+            row["lowest"] = heights.min() + min(time * rates.min(), 0.0) - swing
+            row["highest"] = heights.max() + max(time * rates.max(), 0.0) + swing

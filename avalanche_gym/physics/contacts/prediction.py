@@ -2,9 +2,9 @@
 
 Without impulses the gap of a contact would end at
 
-    gap_end = gap + n . (d_b - d_a) + h n . s,
+    gap_end = gap + n . (d_b - d_a) + n . d_s,
 
-d_a and d_b being displacements of the bodies' points and s the velocity of b's surface against its body. A corner is
+d_a and d_b being displacements of the bodies' points and d_s that of b's surface against its body. A corner is
 displaced with the material; of a rounded shape it is the point of its core (the centre of a sphere) that tells how the
 surface moves, for the surface does not move where a sphere spins.
 
@@ -37,6 +37,19 @@ CREEP = 1e-3
 # A body that comes or swings closer within a step than this many half thicknesses of the thinner one may pass through
 # it: two equal bodies have passed each other after four. Smaller: fast piles are stopped at many touches.
 THICKNESS = 4.0
+
+
+@kernel
+def surface_shift(contact, span):
+    """Displacement [m] of b's surface against a's within ``span`` [s], beyond those of the bodies (moving heights)."""
+    velocity = vec3.add_scaled(vec3.load(contact.surface_velocity), 0.5 * span, vec3.load(contact.surface_acceleration))
+    return vec3.scale(span, velocity)
+
+
+@kernel
+def surface_gain(contact, span):
+    """By how much the velocity [m/s] of b's surface against a's changes within ``span`` [s] (moving heights)."""
+    return vec3.scale(span, vec3.load(contact.surface_acceleration))
 
 
 @kernel
@@ -161,7 +174,7 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
         change = turned_gap_change(
             contact, point, normal, contact.gap, starts[a], ends[a], turn_a, starts[b], ends[b], turn_b
         )
-        contact.free_gap = contact.gap + change + time_step * rise
+        contact.free_gap = contact.gap + change + vec3.dot(normal, surface_shift(contact, time_step))
         struck = contact.blow[0] != 0.0 or contact.blow[1] != 0.0 or contact.blow[2] != 0.0
         before = vec3.sub(velocity_at(starts[b], starts[b], point), velocity_at(starts[a], starts[a], point))
         contact.approach = vec3.dot(normal, before) + rise
@@ -177,7 +190,7 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
                 if contact.free_gap - bent > SLACK * contact.size:
                     continue
         after = vec3.sub(velocity_at(starts[b], ends[b], point), velocity_at(starts[a], ends[a], point))
-        contact.free = vec3.dot(normal, after) + rise
+        contact.free = vec3.dot(normal, vec3.add(after, surface_gain(contact, time_step))) + rise
         contact.start_gap = contact.gap
         vec3.store(contact.start_position, point)
         vec3.store(contact.start_normal, normal)

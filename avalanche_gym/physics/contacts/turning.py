@@ -16,7 +16,7 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import BETWEEN, ON_A
-from .prediction import gap_change, point_displacement
+from .prediction import gap_change, point_displacement, surface_gain, surface_shift
 
 
 @kernel
@@ -39,7 +39,9 @@ def turn_contact(contact, start_a, end_a, start_b, end_b, time_step):
     half = 0.5 * contact.start_gap
     radius_a = contact.radius_a
     radius_b = contact.radius_b
-    drift = vec3.scale(time_step, vec3.load(contact.surface_velocity))
+    drift = surface_shift(contact, time_step)
+    velocity = vec3.add(vec3.load(contact.surface_velocity), surface_gain(contact, time_step))
+    vec3.store(contact.end_surface_velocity, velocity)
     if contact.persistent == 0:
         # What is still apart may pass by altogether: it is measured along the normal it started with.
         gap = contact.start_gap + vec3.dot(normal, drift)

@@ -37,7 +37,8 @@ from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, t
 from ..model import BETWEEN, BODY_STATE, CONTACT, DYNAMIC, ON_A, PLACE_BITS, SLIDING
 from ..narrow_phase.answers import UNKNOWN, recall_answers
 from ..narrow_phase.collide import collide_pair
-from ..narrow_phase.pair_query import move_by, query_at
+from ..narrow_phase.moving_heights import place_ground
+from ..narrow_phase.pair_query import aim, move_by, query_at
 from .approach import MOST_ROUNDS, SPACINGS, gap_there
 
 # Bodies have met when their gap is below this fraction of the smaller one; what is below TOUCHING and neither comes
@@ -229,11 +230,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     i = pair // num_colliders
     j = pair - i * num_colliders
     query = query_at(workspace.query)
-    query.world = world
-    query.contacts = workspace.asked
-    query.capacity = workspace.asked_size
-    query.scratch = workspace.clipping
-    query.scratch_rows = workspace.clipping_size // 8
+    aim(query, address, world, workspace, workspace.asked, workspace.asked_size)
     span = workspace.span
     center = vec3.load(starts[a].center)
     near = MET * size + 4.0 * SPACING * (abs(center[0]) + abs(center[1]) + abs(center[2]))
@@ -255,7 +252,7 @@ def _search(address, workspace_address, world, contacts, first, count):
         gain = gain_on_way(bodies[b], starts[b], ends[b], bound[b], span)
         gain = vec3.sub(gain, gain_on_way(bodies[a], starts[a], ends[a], bound[a], span))
         acceleration = vec3.scale(1.0 / span, gain)
-        speed = vec3.norm(relative) + turning + vec3.norm(gain)
+        speed = vec3.norm(relative) + turning + vec3.norm(gain) + workspace.fastest_rate
         query.margin = speed * left + TOUCHING * size
         omega_a = vec3.scale(left, vec3.load(states[a].angular_velocity))
         omega_b = vec3.scale(left, vec3.load(states[b].angular_velocity))
@@ -266,6 +263,7 @@ def _search(address, workspace_address, world, contacts, first, count):
         loose = query.margin - left * (vec3.norm(relative) + turning)
         loose += 0.5 * left * turning * max(spin_a, spin_b) * left
         move_by(query, place_b, shift, vec3.sub(omega_b, omega_a), loose, query.margin, spin_a * left, spin_b * left)
+        place_ground(header, workspace, query, world, workspace.elapsed + instant)
         number = np.int64(UNKNOWN)
         if instant == 0.0:
             # The part that has been stepped began here, and was asked about. Where velocities go straight from one end
@@ -288,7 +286,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             found = asked[index]
             normal = vec3.load(found.normal)
             surface = vec3.dot(normal, vec3.load(found.surface_velocity))
-            gap = found.gap + (workspace.elapsed + instant) * surface
+            gap = found.gap
             point = vec3.load(found.position)
             core_a = vec3.add_scaled(point, -found.radius_a - 0.5 * found.gap, normal)
             core_b = vec3.add_scaled(point, found.radius_b + 0.5 * found.gap, normal)
@@ -306,11 +304,12 @@ def _search(address, workspace_address, world, contacts, first, count):
                 _turning_acceleration(states[a], starts[a], ends[a], span, core_a),
                 _turning_acceleration(states[b], starts[b], ends[b], span, core_b),
             )
-            pressing = vec3.dot(normal, vec3.sub(turns, acceleration))
+            gained = vec3.add(acceleration, vec3.load(found.surface_acceleration))
+            pressing = vec3.dot(normal, vec3.sub(turns, gained))
             if found.curved == 1:
                 along = vec3.norm(vec3.add_scaled(drift, -vec3.dot(normal, drift), normal))
                 whirl = spin_a * _swing(states[a], core_a) + spin_b * _swing(states[b], core_b)
-                pressing = whirl + 2.0 * (spin_a + spin_b) * along - vec3.dot(normal, acceleration)
+                pressing = whirl + 2.0 * (spin_a + spin_b) * along - vec3.dot(normal, gained)
             elif found.frame != BETWEEN:
                 carrier = states[a] if found.frame == ON_A else states[b]
                 tilting = vec3.cross(vec3.load(carrier.angular_velocity), normal)
@@ -333,7 +332,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             if swinging > 0.0 or vec3.norm_squared(turns) > 0.0:
                 approach = -vec3.dot(normal, relative)
                 fastest = max(approach, 0.0) + max(turning, swinging) + abs(surface)
-                first_order = _no_sooner(gap, fastest, max(-vec3.dot(normal, acceleration), 0.0))
+                first_order = _no_sooner(gap, fastest, max(-vec3.dot(normal, gained), 0.0))
             else:
                 first_order = second
             bold = size * 0.5 / speed if speed > 0.0 else math.inf

@@ -115,8 +115,8 @@ def fly(state_in, body, fields, time_step, state_out):
 
     ``state_in`` and ``state_out`` are BODY_STATE records and may be the same; ``body`` is its BODY record; ``fields``
     is a 1-D array of FIELD. A dynamic body moves under the fields and its held force and torque, a kinematic one with
-    the accelerations that stand in their place (driven.py), a static one keeps its place. A state without a defined future (at the very centre of a point field,
-    beyond the range of floats) comes out not finite.
+    the accelerations that stand in their place (driven.py), a static one keeps its place. A state without a defined
+    future (at the very centre of a point field, beyond the range of floats) comes out not finite.
     """
     position = vec3.load(state_in.center)
     velocity = vec3.load(state_in.velocity)

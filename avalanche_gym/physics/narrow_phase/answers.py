@@ -3,7 +3,8 @@
 A step whose impacts are located is made in parts, and most parts begin where another one began: the part up to an
 impact at the start of the whole step, the one after it at the instant of the blow, with other velocities. Contacts are
 a function of both places and of how far the bodies may come, and what was listed for a longer way holds for a shorter
-one. Only a mesh looks at the way itself, so what it says is not kept.
+one. Only a mesh looks at the way itself, and heights that move are others at another instant: what these say is not
+kept.
 """
 
 from __future__ import annotations
@@ -102,7 +103,6 @@ def note_answers(workspace, states, a, b, margin, motion, contacts, first, last)
         answer.curved = contact.curved
         answer.radius_a = contact.radius_a
         answer.radius_b = contact.radius_b
-        vec3.store(answer.surface_velocity, vec3.load(contact.surface_velocity))
         workspace.num_answers += 1
 
 
@@ -137,6 +137,7 @@ def recall_answers(workspace, states, a, b, pair, margin, motion, contacts, coun
             contact.curved = answer.curved
             contact.radius_a = answer.radius_a
             contact.radius_b = answer.radius_b
-            vec3.store(contact.surface_velocity, vec3.load(answer.surface_velocity))
+            vec3.store(contact.surface_velocity, vec3.ZERO)
+            vec3.store(contact.surface_acceleration, vec3.ZERO)
         count += 1
     return count

@@ -25,7 +25,7 @@ from ..model import (
     SPHERE,
 )
 from .mesh_pieces import is_crossing, is_of_second
-from .moving_heights import height_velocity
+from .moving_heights import along_field
 from .pair_query import contact_list, query_at, store_rotation
 
 # A normal along a face of a box to this cosine is that of the face.
@@ -141,12 +141,26 @@ def _ask(header, query, query_address, first, state_first, second, state_second,
 
 
 @kernel
-def _surface_velocity(header, world, collider, state, point):
-    """Velocity [m/s] of a collider's surface against its body: only that of moving heights is not zero."""
+def _along_ground(header, pool, collider, state, point):
+    """What a pool of rates of moving heights says of a collider's surface, as a vector; zero for all other shapes."""
     if collider.shape != HEIGHT_FIELD and collider.shape != SMOOTH_FIELD:
         return vec3.ZERO
     position, rotation = place(collider, state)
-    return height_velocity(header, world, collider.data, position, rotation, point)
+    return along_field(header, pool, collider.data, position, rotation, point)
+
+
+@kernel
+def _note_ground(header, query, first, state_a, second, state_b, contact):
+    """How the surface of moving heights moves at a contact, b against a."""
+    point = vec3.load(contact.position)
+    pool = table(query.height_velocities, header.num_heights, np.float64)
+    moved_a = _along_ground(header, pool, first, state_a, point)
+    moved_b = _along_ground(header, pool, second, state_b, point)
+    vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
+    pool = table(query.height_accelerations, header.num_heights, np.float64)
+    moved_a = _along_ground(header, pool, first, state_a, point)
+    moved_b = _along_ground(header, pool, second, state_b, point)
+    vec3.store(contact.surface_acceleration, vec3.sub(moved_b, moved_a))
 
 
 @kernel
@@ -168,11 +182,9 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
         contact.body_a = a
         contact.body_b = b
         vec3.store(contact.surface_velocity, vec3.ZERO)
+        vec3.store(contact.surface_acceleration, vec3.ZERO)
         if header.moving_heights == 1:
-            point = vec3.load(contact.position)
-            moved_a = _surface_velocity(header, query.world, colliders[i], states[a], point)
-            moved_b = _surface_velocity(header, query.world, colliders[j], states[b], point)
-            vec3.store(contact.surface_velocity, vec3.sub(moved_b, moved_a))
+            _note_ground(header, query, colliders[i], states[a], colliders[j], states[b], contact)
         if swapped:
             vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))
         normal = vec3.load(contact.normal)

@@ -35,6 +35,9 @@ PAIR_QUERY = np.dtype(
         ("turned_b", np.float64),
         ("sense", np.float64),  # 1.0 if shape a is that of body a, else -1.0
         ("world", np.int64),
+        ("heights", np.int64),  # address of the pool of heights [m]; these three are of one world, at one instant
+        ("height_velocities", np.int64),  # [m/s], this and the next only where heights move
+        ("height_accelerations", np.int64),  # [m/s^2]
         ("header", np.int64),  # address
         ("contacts", np.int64),  # address of the list to append to
         ("capacity", np.int64),  # of that list
@@ -48,6 +51,17 @@ PAIR_QUERY = np.dtype(
 @kernel
 def query_at(address):
     return table(address, 1, PAIR_QUERY)[0]
+
+
+@kernel
+def aim(query, address, world, workspace, contacts, capacity):
+    """Let a query be about one world, and its answers go to the list at ``contacts``; ``address`` is of the header."""
+    query.world = world
+    query.header = address
+    query.contacts = contacts
+    query.capacity = capacity
+    query.scratch = workspace.clipping
+    query.scratch_rows = workspace.clipping_size // 8
 
 
 @kernel

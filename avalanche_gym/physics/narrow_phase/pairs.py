@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..jit import Stage, kernel, stage
-from ..memory import header_at, heights_of, table
+from ..memory import header_at, table
 from ..model import (
     BOX,
     CAPSULE,
@@ -68,7 +68,7 @@ def height_field_pools(query):
     """Rows of all height fields, and their heights."""
     header = header_at(query.header)
     rows = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)
-    return rows, heights_of(header, query.world)
+    return rows, table(query.heights, header.num_heights, np.float64)
 
 
 @kernel

@@ -6,7 +6,7 @@ import math
 
 from ..jit import call_stage, entry_point
 from ..maths import quat, vec3
-from ..memory import bodies_of, colliders_of, header_at, states_of, wears
+from ..memory import bodies_of, colliders_of, header_at, pool_address, states_of, wears
 from ..model import HEIGHT_FIELD, SMOOTH_FIELD
 from ..narrow_phase.collide import place
 from ..narrow_phase.pair_query import contact_list, move_anyhow, query_at, store_rotation
@@ -39,6 +39,7 @@ def overlapping_bodies(
         bodies = bodies_of(header, worlds[k])
         states = states_of(header, worlds[k])
         query.world = worlds[k]
+        query.heights = pool_address(header.heights, header, worlds[k])
         for index in range(colliders.shape[0]):
             collider = colliders[index]
             body = collider.body

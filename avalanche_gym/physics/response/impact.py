@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import bears_load, gap_change
+from ..contacts.prediction import bears_load, gap_change, surface_gain, surface_shift
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
@@ -69,7 +69,7 @@ def prepare_impact(
         position = vec3.load(contact.start_position)
         normal = vec3.load(contact.start_normal)
         gap = contact.start_gap
-        rise = time_step * vec3.dot(normal, vec3.load(contact.surface_velocity))
+        rise = vec3.dot(normal, surface_shift(contact, time_step))
         change = gap_change(contact, position, normal, gap, starts[a], predicted[a], starts[b], predicted[b])
         # Overlap that is already there asks for no velocity; the position stage removes it.
         contact.bias = max((max(gap, 0.0) + change + rise) / time_step - contact.free, 0.0)
@@ -78,7 +78,7 @@ def prepare_impact(
         vec3.store(contact.normal, normal)
         vec3.store(contact.end_position, position)
         vec3.store(contact.end_normal, normal)
-        vec3.store(contact.turning, vec3.ZERO)
+        vec3.store(contact.turning, surface_gain(contact, time_step))
         vec3.store(contact.creep, vec3.ZERO)
         contact.sticks = 0
 

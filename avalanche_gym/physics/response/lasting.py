@@ -17,10 +17,10 @@ W = G_mid M^-1 G_mid^T, the contact velocity is written as
 exact at r = r0, the impulses of the last step, with v' from the angular momentum at the end and Q the small rotation
 from the end to the middle, in whose cone r lies. In terms of working velocities v_w = v'(r0) - M^-1 G_mid^T r0,
 
-    w = G_mid v_w + turning,        turning = Q (G_end v'(r0) + s) - (G_mid v'(r0) + s),
+    w = G_mid v_w + s + turning,        turning = Q (G_end v'(r0) + s') - (G_mid v'(r0) + s),
 
-s being the velocity of moving heights. Where nothing turns ``turning`` is zero and this is the plain contact problem;
-at rest the impulses of the last step solve it.
+s and s' being the velocities of moving heights at the start and the end. Where nothing turns ``turning`` is zero and
+this is the plain contact problem; at rest the impulses of the last step solve it.
 """
 
 from __future__ import annotations
@@ -98,8 +98,10 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
             spin = vec3.sub(vec3.load(predicted[own].angular_velocity), vec3.load(predicted[other].angular_velocity))
             relative = vec3.scale(sign, back_to_middle(contact, predicted, working, relative))
             spin = vec3.scale(sign, back_to_middle(contact, predicted, working, spin))
+            surface = back_to_middle(contact, predicted, working, vec3.load(contact.end_surface_velocity))
             arm = back_to_middle(contact, predicted, working, arm)
             turning = vec3.sub(vec3.add(relative, vec3.cross(spin, arm_middle)), at_middle)
+            turning = vec3.add(turning, vec3.sub(surface, vec3.load(contact.surface_velocity)))
         change = vec3.cross(spin, vec3.sub(arm, arm_middle))
         if time_step * vec3.norm(change) > OVERLAP * contact.size:
             turning = vec3.add(turning, change)
@@ -109,7 +111,7 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
             # into play where that is zero.
             point = vec3.load(contact.end_position)
             expected = vec3.sub(velocity_at(predicted[b], ends[b], point), velocity_at(predicted[a], ends[a], point))
-            expected = vec3.add(expected, vec3.load(contact.surface_velocity))
+            expected = vec3.add(expected, vec3.load(contact.end_surface_velocity))
             contact.bias = 2.0 * contact.end_gap / time_step - vec3.dot(vec3.load(contact.normal), expected)
         elif drifts:
             # What is deeper is left to the position stage.

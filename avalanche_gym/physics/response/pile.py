@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import SLACK, TOUCH, bears_load
+from ..contacts.prediction import SLACK, TOUCH, bears_load, surface_shift
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
@@ -86,7 +86,7 @@ def _turn_in_flight(start, flight, time_step, arm):
 
 @kernel
 def _velocity_in_flight(body, start, flown, arm):
-    """Velocity [m/s] of a point at ``arm``: at the end of the flight; of what is driven the mean, whose place counts."""
+    """Velocity [m/s] of a point at ``arm``: at the end of the flight; of what is driven the mean over it."""
     velocity = vec3.add(vec3.load(flown.velocity), vec3.cross(vec3.load(flown.angular_velocity), arm))
     if body.motion == DYNAMIC:
         return velocity
@@ -113,7 +113,7 @@ def prepare_contacts(
         arm_b = vec3.sub(point, vec3.load(start_b.center))
         t1, t2 = vec3.tangents(normal)
         row.a = row.b = num_bodies
-        prescribed = vec3.load(contact.surface_velocity)
+        prescribed = vec3.scale(1.0 / time_step, surface_shift(contact, time_step))
         velocity_a = _velocity_in_flight(bodies[handle_a], start_a, flight_a, arm_a)
         velocity_b = _velocity_in_flight(bodies[handle_b], start_b, flight_b, arm_b)
         free = vec3.add(prescribed, vec3.sub(velocity_b, velocity_a))
@@ -137,7 +137,7 @@ def prepare_contacts(
         moved = vec3.sub(moved, vec3.sub(vec3.load(flight_a.center), vec3.load(start_a.center)))
         moved = vec3.add(moved, _turn_in_flight(start_b, flight_b, time_step, arm_b))
         moved = vec3.sub(moved, _turn_in_flight(start_a, flight_a, time_step, arm_a))
-        moved = vec3.add_scaled(moved, time_step, vec3.load(contact.surface_velocity))
+        moved = vec3.add(moved, surface_shift(contact, time_step))
         gap = contact.start_gap
         swing = contact.free_gap - gap - vec3.dot(normal, moved)
         row.lasting = 1 if contact.persistent == 1 or abs(gap) <= TOUCH * contact.size else 0
@@ -197,8 +197,8 @@ def end_pile(
         # Where it is at the end follows from the geometry of the start (prediction.measure_end).
         vec3.store(contact.end_position, vec3.load(contact.start_position))
         vec3.store(contact.end_normal, vec3.load(contact.start_normal))
-        contact.end_gap = contact.start_gap + time_step * vec3.dot(
-            vec3.load(contact.start_normal), vec3.load(contact.surface_velocity)
+        contact.end_gap = contact.start_gap + vec3.dot(
+            vec3.load(contact.start_normal), surface_shift(contact, time_step)
         )
     for number in range(first_body, last_body):
         handle = members[number]

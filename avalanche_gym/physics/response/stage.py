@@ -17,8 +17,6 @@ from ..memory import (
     bodies_of,
     contacts_of,
     header_at,
-    height_rates_of,
-    heights_of,
     report_of,
     rest_of,
     starts_of,
@@ -28,6 +26,7 @@ from ..memory import (
     world_entry,
 )
 from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, WHOLE
+from ..narrow_phase.moving_heights import end_moving
 
 
 @stage
@@ -105,10 +104,7 @@ def commit(address, workspace_address, world, count):
         memory[number] = contacts[number]
     world_entry(header.num_contacts, world)[0] = count
     if header.moving_heights == 1:
-        heights = heights_of(header, world)
-        rates = height_rates_of(header, world)
-        for sample in range(heights.shape[0]):
-            heights[sample] += header.time_step * rates[sample]
+        end_moving(header, world)
     report = report_of(header, world)
     report.contacts = max(report.contacts, count + world_entry(header.num_asleep_contacts, world)[0])
     return 0
