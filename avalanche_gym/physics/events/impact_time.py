@@ -37,6 +37,7 @@ from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, t
 from ..model import BETWEEN, BODY_STATE, CONTACT, DYNAMIC, ON_A, PLACE_BITS, SLIDING
 from ..narrow_phase.answers import UNKNOWN, recall_answers
 from ..narrow_phase.collide import collide_pair
+from ..narrow_phase.height_field_grid import spacing_of
 from ..narrow_phase.moving_heights import place_ground
 from ..narrow_phase.pair_query import aim, move_by, query_at
 from .approach import MOST_ROUNDS, SPACINGS, gap_there
@@ -232,6 +233,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     query = query_at(workspace.query)
     aim(query, address, world, workspace, workspace.asked, workspace.asked_size)
     span = workspace.span
+    spacing = min(spacing_of(header, colliders_of(header)[i]), spacing_of(header, colliders_of(header)[j]))
     center = vec3.load(starts[a].center)
     near = MET * size + 4.0 * SPACING * (abs(center[0]) + abs(center[1]) + abs(center[2]))
     instant = 0.0
@@ -278,7 +280,8 @@ def _search(address, workspace_address, world, contacts, first, count):
         number = min(number, asked.shape[0])
         if header.cross_seams != 0:
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
-        step = math.inf
+        # A facet behind a convex edge is no bound of what comes over it, and is not listed before that is there.
+        step = spacing / speed if speed > 0.0 else math.inf
         nearest = -1
         deepest = math.inf
         fastest_closing = 0.0

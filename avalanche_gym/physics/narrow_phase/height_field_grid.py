@@ -16,6 +16,8 @@ import math
 
 from ..jit import kernel
 from ..maths import mat3, vec3
+from ..memory import table
+from ..model import HEIGHT_FIELD, HEIGHT_FIELD_ROW
 from .terrain_features import TILT, put_edge
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -49,6 +51,16 @@ def grid_of(field):
     dy = field.extent[1] / (field.rows - 1)
     flat = FLAT_ANGLE * min(dx, dy) + FLAT_ROUND_OFF * max(abs(field.lowest), abs(field.highest))
     return (-0.5 * field.extent[0], -0.5 * field.extent[1], dx, dy, 1.0 / dx, 1.0 / dy, flat)
+
+
+@kernel
+def spacing_of(header, collider):
+    """[m] between the samples of a height field of facets; of any other collider without bound."""
+    if collider.shape != HEIGHT_FIELD:
+        return math.inf
+    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[collider.data]
+    grid = grid_of(field)
+    return min(grid[2], grid[3])
 
 
 @kernel
