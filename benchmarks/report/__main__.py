@@ -17,10 +17,12 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,11 +31,13 @@ from ..peers import Engine, all_engines
 from ..residuals import Residuals, wanted
 from .features import PAIRS, FeatureCost, measure_pair
 from .machine import processor
+from .measured import Measured
 from .plan import FULL, LONG, QUICK, VERDICT_RATE, Budget, Point, points
 from .push import PushCost, measure_pushes
 from .table import FAILED, OK, Row, append, read, write
 from .worker import Worker, measure
 
+Wanted = TypeVar("Wanted")
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 
 
@@ -108,22 +112,28 @@ def budget_of(arguments: argparse.Namespace) -> Budget:
     return replace(budget, run=arguments.seconds, verdict=10.0 * arguments.seconds) if arguments.seconds else budget
 
 
+def measure_each(data: Path, wanted_rows: Sequence[Wanted], measure_one: Callable[[Worker, Wanted], Row]) -> None:
+    """Rows measured in a process of their own, one after another, each written at once."""
+    worker, progress = Worker(), Progress(len(wanted_rows))
+    try:
+        for one in wanted_rows:
+            row = measure_one(worker, one)
+            append(data, row)
+            progress.show(row)
+    finally:
+        worker.close()
+
+
 def measure_points(data: Path, engines: list[Engine], arguments: argparse.Namespace) -> None:
-    """The points that the file lacks, each written at once; those that failed are tried again."""
+    """The points that the file lacks; those that failed are tried again."""
     done = {key for key, row in read(data).items() if row.status != FAILED}
     planned = points(engines, arguments.quick, arguments.cases)
     if arguments.engines:
         planned = [point for point in planned if point.engine in arguments.engines]
     waiting = [point for point in planned if point.key not in done]
     print(f"{len(planned)} points, {len(planned) - len(waiting)} of them measured before", flush=True)
-    worker, progress = Worker(), Progress(len(waiting))
-    try:
-        for point in waiting:
-            row = worker.measure(point, budget_of(arguments))
-            append(data, row)
-            progress.show(row)
-    finally:
-        worker.close()
+    budget = budget_of(arguments)
+    measure_each(data, waiting, lambda worker, point: worker.measure(point, budget))
 
 
 def measure_costs(data: Path, arguments: argparse.Namespace) -> None:
@@ -136,14 +146,8 @@ def measure_costs(data: Path, arguments: argparse.Namespace) -> None:
         and (not arguments.cases or row.case in arguments.cases)
         and (not arguments.engines or row.engine in arguments.engines)
     ]
-    worker, progress = Worker(), Progress(len(rows))
-    try:
-        for row in rows:
-            again = worker.time_again(row, budget_of(arguments))
-            append(data, again)
-            progress.show(again)
-    finally:
-        worker.close()
+    budget = budget_of(arguments)
+    measure_each(data, rows, lambda worker, row: worker.time_again(row, budget))
 
 
 def measure_residuals(path: Path, arguments: argparse.Namespace) -> None:
@@ -187,18 +191,18 @@ def run(arguments: argparse.Namespace, command: str) -> None:
             short = (10, 3) if arguments.quick else ()
             write_rows(folder / "features.csv", [measure_pair(name, *short) for name in PAIRS])
             write_rows(folder / "pushes.csv", measure_pushes(engines))
-    from .pages import Report  # here, so that measuring one point needs no matplotlib
+    from .page import write_page  # here, so that measuring one point needs no matplotlib
 
     write(data, read(data))
     rows = list(read(data).values())
-    report = Report(
+    measured = Measured(
         rows,
         engines,
         read_rows(FeatureCost, folder / "features.csv"),
         read_rows(Residuals, residuals),
         read_rows(PushCost, folder / "pushes.csv"),
     )
-    report.write(folder, heading(command, started, arguments, rows))
+    write_page(measured, folder, heading(command, started, arguments, rows))
     print(f"written to {folder / 'index.md'} after {(time.monotonic() - started) / 60:.1f} minutes")
 
 

@@ -65,7 +65,7 @@ def test_rows_survive_the_file_and_later_ones_replace_earlier(tmp_path):
 
 
 def test_verdicts():
-    from benchmarks.report.pages import number, verdict
+    from benchmarks.report.markdown import number, verdict
 
     case = HARD_CASES["slide"]
     good = Row("slide", "x", "", 240, "", "ok", error=case.passes_at)
