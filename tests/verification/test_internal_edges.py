@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from avalanche_gym import physics
 from tests.oracles import terrain_oracle as oracle
@@ -104,6 +105,33 @@ def test_ten_triangulations_for_five_seconds(name, friction):
     rng = np.random.default_rng(2)
     for _ in range(10):
         np.testing.assert_allclose(path(name, random_floor(rng), friction, 5.0), expected, rtol=0.0, atol=allowed)
+
+
+@pytest.mark.parametrize("name", ["sphere", "capsule", "lying cylinder"])
+def test_a_tilted_floor_with_spin_and_friction(name):
+    """No edge of it lies along an axis. Where one or two points bear the load the motion is unique, and is met."""
+    tilt = Rotation.from_rotvec([0.09, 0.12, 0.0])
+    vertices, faces = oracle.random_floor(np.random.default_rng(1), size=14.0, points=150)
+    shape, orientation = BODIES[name]
+    turned = tilt * Rotation.from_quat(orientation, scalar_first=True)
+    paths = []
+    for floor in (physics.Plane(), physics.TriangleMesh(vertices, faces)):
+        material = physics.Material(friction=0.3)
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+        scene.add_body(floor, motion="static", orientation=tilt.as_quat(scalar_first=True), material=material)
+        scene.add_body(
+            shape, mass=1.0, position=tilt.apply([-3.0, -1.5, 0.1]), orientation=turned.as_quat(scalar_first=True),
+            linear_velocity=tilt.apply([1.5, 0.8, 0.0]), angular_velocity=tilt.apply([0.3, 0.2, 2.0]),
+            material=material,
+        )  # fmt: skip
+        world = physics.World(scene, options=physics.Options(time_step=1.0 / 240.0))
+        places = []
+        for _ in range(480):
+            world.step()
+            places.append(np.concatenate([world.position[0, -1], world.orientation[0, -1]]))
+        paths.append(places)
+    np.testing.assert_allclose(paths[1], paths[0], rtol=0.0, atol=ALLOWED)
 
 
 @pytest.mark.parametrize("rate", [60, 240])
