@@ -116,6 +116,15 @@ def _note(proxies, body, other, found, count):
 
 
 @kernel
+def _cells_near(box, scale):
+    """First and last cell along each axis that may hold a body that meets a box, and how many cells that are."""
+    low = (cell_index(box[0], scale) - 1, cell_index(box[1], scale) - 1, cell_index(box[2], scale) - 1)
+    high = (cell_index(box[3], scale), cell_index(box[4], scale), cell_index(box[5], scale))
+    number = float(high[0] - low[0] + 1) * float(high[1] - low[1] + 1) * float(high[2] - low[2] + 1)
+    return low, high, number
+
+
+@kernel
 def _search_level(grid, proxies, cells, body, level, found, count):
     """Append the pairs of a body that has moved with those of one level."""
     proxy = proxies[body]
@@ -125,13 +134,8 @@ def _search_level(grid, proxies, cells, body, level, found, count):
     finds_moved = proxy.place == IN_CELL and grid.exponent[level] > grid.exponent[proxy.level]
     exponent = grid.exponent[level]
     scale = math.ldexp(1.0, -exponent)
-    low_x = cell_index(box[0], scale) - 1
-    low_y = cell_index(box[1], scale) - 1
-    low_z = cell_index(box[2], scale) - 1
-    high_x = cell_index(box[3], scale)
-    high_y = cell_index(box[4], scale)
-    high_z = cell_index(box[5], scale)
-    if float(high_x - low_x + 1) * float(high_y - low_y + 1) * float(high_z - low_z + 1) > proxies.shape[0]:
+    low, high, number = _cells_near(box, scale)
+    if number > proxies.shape[0]:
         # More cells than bodies: ask these one by one.
         for other in range(proxies.shape[0]):
             one = proxies[other]
@@ -139,9 +143,9 @@ def _search_level(grid, proxies, cells, body, level, found, count):
                 if one.moved == 0 or finds_moved or (own and other > body):
                     count = _note(proxies, body, other, found, count)
         return count
-    for x in range(low_x, high_x + 1):
-        for y in range(low_y, high_y + 1):
-            for z in range(low_z, high_z + 1):
+    for x in range(low[0], high[0] + 1):
+        for y in range(low[1], high[1] + 1):
+            for z in range(low[2], high[2] + 1):
                 key = key_of(exponent, x, y, z)
                 slot = find_slot(cells, key)
                 other = cells[slot].first if cells[slot].key == key else np.int64(-1)
@@ -176,13 +180,8 @@ def list_within(grid, proxies, cells, box, found):
             continue
         exponent = grid.exponent[level]
         scale = math.ldexp(1.0, -exponent)
-        low_x = cell_index(box[0], scale) - 1
-        low_y = cell_index(box[1], scale) - 1
-        low_z = cell_index(box[2], scale) - 1
-        high_x = cell_index(box[3], scale)
-        high_y = cell_index(box[4], scale)
-        high_z = cell_index(box[5], scale)
-        if float(high_x - low_x + 1) * float(high_y - low_y + 1) * float(high_z - low_z + 1) > proxies.shape[0]:
+        low, high, number = _cells_near(box, scale)
+        if number > proxies.shape[0]:
             # More cells than bodies: ask these one by one.
             for other in range(proxies.shape[0]):
                 if proxies[other].place == IN_CELL and proxies[other].level == level:
@@ -190,9 +189,9 @@ def list_within(grid, proxies, cells, box, found):
                         found[count] = other
                         count += 1
             continue
-        for x in range(low_x, high_x + 1):
-            for y in range(low_y, high_y + 1):
-                for z in range(low_z, high_z + 1):
+        for x in range(low[0], high[0] + 1):
+            for y in range(low[1], high[1] + 1):
+                for z in range(low[2], high[2] + 1):
                     key = key_of(exponent, x, y, z)
                     slot = find_slot(cells, key)
                     other = cells[slot].first if cells[slot].key == key else np.int64(-1)
