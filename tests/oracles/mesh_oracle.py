@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avalanche_gym.physics.model import CONTACT
-from avalanche_gym.physics.narrow_phase.mesh_height_field import collide_mesh_height_field
+from avalanche_gym.physics.narrow_phase.mesh_height_field import collide_mesh_height_field, collide_mesh_smooth_field
 from avalanche_gym.physics.narrow_phase.mesh_mesh import collide_meshes
 from avalanche_gym.physics.narrow_phase.path import STILL
 from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
@@ -120,6 +120,19 @@ def field_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loo
     loose = motion if loose is None else loose
     count = collide_mesh_height_field(
         *_place(IDENTITY), field[0][0], field[1], *_place(place), rows[0], vertices, faces, nodes, float(margin),
+        float(motion), path, float(loose), contacts, 0, scratch,
+    )  # fmt: skip
+    return contacts[:count]
+
+
+def smooth_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loose=None):
+    """Contacts (n,) of CONTACT of a TriangleMesh with ``smooth_oracle.smooth_terrain(...)``, normals to the field."""
+    rows, vertices, faces, nodes = pools(mesh)
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    motion = margin if motion is None else motion
+    loose = motion if loose is None else loose
+    count = collide_mesh_smooth_field(
+        *_place(place), rows[0], vertices, faces, nodes, *_place(IDENTITY), field[0][0], field[1], float(margin),
         float(motion), path, float(loose), contacts, 0, scratch,
     )  # fmt: skip
     return contacts[:count]

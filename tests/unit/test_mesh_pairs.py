@@ -11,7 +11,7 @@ from avalanche_gym.physics.shapes.planet import bumpy_planet
 from avalanche_gym.physics.shapes.ring_solids import gear, torus
 from avalanche_gym.physics.shapes.thread import Thread, bolt, nut
 from tests.oracles import mesh_oracle as oracle
-from tests.oracles import terrain_oracle
+from tests.oracles import smooth_oracle, terrain_oracle
 
 SOLIDS = (
     gear(0.1, 0.05, teeth=4),
@@ -151,3 +151,33 @@ def test_what_strikes_in_the_step_is_among_the_contacts(ground):
     assert len(contacts) == 12
     reached = contacts["gap"] + np.cross(path[2], foot)[:, 2]
     assert reached.min() == pytest.approx(end.min(), abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mesh_meets_a_smooth_field_where_the_two_are_nearest(seed):
+    """The deepest contact is as far off as the nearest of all points of a fine lattice over the mesh, moving or not."""
+    rng = np.random.default_rng(seed)
+    heights, size = 0.05 * rng.random((9, 9)), (1.0, 1.0)
+    field = smooth_oracle.smooth_terrain(heights, size)
+    turn = Rotation.random(random_state=rng).as_matrix()
+    solid = SOLIDS[seed % 3]
+    # Vertices, and points of edges and faces.
+    u, v = rng.random((2, 300))
+    u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
+    u, v = np.concatenate([[0.0], np.linspace(0.0, 1.0, 200), u]), np.concatenate([[0.0], np.zeros(200), v])
+    a, b, c = (np.array(solid.vertices)[solid.faces[:, k]] @ turn.T for k in range(3))
+    sides = [(a, b, c), (b, c, a), (c, a, b)]
+    points = [p[:, None] + u[:, None] * (q - p)[:, None] + v[:, None] * (r - p)[:, None] for p, q, r in sides]
+    points = np.concatenate(points).reshape(-1, 3)
+    points += (0.02, 0.03, 0.0)
+    below = smooth_oracle.spline_height(heights, size, points[:, 0], points[:, 1])
+    points[:, 2] += 1e-3 + (below - points[:, 2]).max()
+    near = points[np.argsort(points[:, 2] - below)[:40]]
+    distance = min(smooth_oracle.nearest_distance(heights, size, p, 101) for p in near)
+    place = (np.array([0.02, 0.03, points[0, 2] - a[0, 2]]), turn)
+    still = oracle.smooth_mesh_contacts(field, solid, place, 4e-3)
+    assert still["gap"].min() <= distance + 1e-9
+    assert still["gap"].min() == pytest.approx(distance, abs=2e-4)
+    falls = ((0.0, 0.0, 0.0), (0.0, 0.0, -2e-3), (0.0, 0.0, 0.0))
+    moving = oracle.smooth_mesh_contacts(field, solid, place, 4e-3, motion=2e-3, path=falls, loose=0.0)
+    assert moving["gap"].min() == still["gap"].min()
