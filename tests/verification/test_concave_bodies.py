@@ -9,7 +9,7 @@ from avalanche_gym.physics.scenes.case import GRAVITY
 from avalanche_gym.physics.scenes.concave import LENGTH, PEG, RING, TUBE, rabbits, torus_pendulum
 from avalanche_gym.physics.scenes.recording import record
 from avalanche_gym.physics.shapes.icosphere import icosphere
-from avalanche_gym.physics.shapes.ring_solids import torus
+from avalanche_gym.physics.shapes.ring_solids import gear, torus
 from tests.oracles.polygon_oracle import hang
 
 BOX = (0.2, 0.15, 0.1)
@@ -115,3 +115,23 @@ def test_a_rabbit_that_a_package_carries_comes_to_rest():
     world = physics.World(scene)
     world.step(720)
     assert np.linalg.norm(world.linear_velocity[0, 1]) < 1e-6
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_small_solid_on_a_large_box_is_never_deep_in_it(seed):
+    """An edge just below the top of the box is no way out to an edge of the box, a metre off."""
+    rng = np.random.default_rng(seed)
+    turn, place = rng.normal(size=4), (*rng.uniform(-0.4, 0.4, 2), 0.4)
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    material = physics.Material(friction=0.5, rolling_friction=0.005)
+    scene.add_body(physics.Box((1.0, 1.0, 0.5)), motion="static", position=(0, 0, -0.5), material=material)
+    scene.add_body(
+        gear(0.1, 0.05), density=rng.uniform(300.0, 3000.0), position=place,
+        orientation=turn / np.linalg.norm(turn), linear_velocity=rng.uniform(-0.5, 0.5, 3),
+        angular_velocity=rng.uniform(-5.0, 5.0, 3), material=material,
+    )  # fmt: skip
+    world = physics.World(scene)
+    for _ in range(480):
+        world.step(1)
+        assert world.report().penetration[0] < 1e-4

@@ -18,7 +18,9 @@ one end to the other as it rocks: where it crosses the border of the face with a
 cone, it has a contact there, along the normal of the face.
 
 Where a box has sunk into an edge or a vertex, several pairs of features pass these tests; the one with the least
-depth is the way out (the separating-axis rule). A feature beyond the centre is left to the vertices of the box.
+depth is the way out (the separating-axis rule). A feature beyond the centre is left to the vertices of the box. No way
+out is longer than that of the whole feature through the nearest face: a small solid that lies on a large box is not in
+it as far as from there to an edge of the box.
 """
 
 from __future__ import annotations
@@ -160,6 +162,15 @@ def in_vertex_cone(scratch, row, d, slack):
 
 
 @kernel
+def star_depth(scratch, row, d):
+    """How much farther [m] than a vertex its edges reach along d: where its cone does not hold d, they go deeper."""
+    deepest = 0.0
+    for spoke in range(row + 1, row + 1 + int(scratch[row, 0])):
+        deepest = max(deepest, vec3.dot(d, get(scratch, spoke, 0)))
+    return deepest
+
+
+@kernel
 def _rounded(scratch, row, count):
     """An edge or a vertex of the terrain against a sphere or the ends of a capsule; a vertex against its side too."""
     start = get(scratch, row, 1)
@@ -209,6 +220,16 @@ def _rounded(scratch, row, count):
         if in_cone:
             count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
     return count
+
+
+@kernel
+def _depth_in_box(scratch, p):
+    """[m] from a point of the terrain to the nearest face of the box around it; 0 outside."""
+    r = vec3.sub(p, get(scratch, CENTER_ROW, 0))
+    depth = math.inf
+    for axis in range(3):
+        depth = min(depth, scratch[CENTER_ROW, 3 + axis] - abs(vec3.dot(axis_of(scratch, axis), r)))
+    return max(depth, 0.0)
 
 
 @kernel
@@ -269,7 +290,9 @@ def _crossing(scratch, row, count):
                 if abs(t - 0.5 * length) > (0.5 + REGION_SLACK) * length or abs(u) > (1.0 + REGION_SLACK) * half[axis]:
                     continue
                 foot = vec3.add_scaled(start, t, e)
-                if radius == 0.0 and vec3.dot(vec3.sub(center, foot), d) <= 0.0:
+                if radius == 0.0 and (
+                    vec3.dot(vec3.sub(center, foot), d) <= 0.0 or -gap > _depth_in_box(scratch, foot) + length
+                ):
                     continue
                 if attempt == 1:
                     feature = feature_of(CROSSING, 4 * axis + sides, EDGE_PLACE, int(scratch[row + 2, 3]))
@@ -354,6 +377,8 @@ def _under_box(scratch, row, count):
     if outside > 1:
         return _beside_box(scratch, row, x, gaps, count)
     refused = 0
+    # Through a nearer face, which the cone refuses, the edges of the vertex leave the box sooner than this deep.
+    limit = math.inf
     for _ in range(3):
         axis = -1
         for k in range(3):
@@ -363,7 +388,10 @@ def _under_box(scratch, row, count):
         side = math.copysign(1.0, x[axis])
         d = vec3.scale(-side, axis_of(scratch, axis))
         slack = can_turn_to(scratch, gaps[axis], TILT)
+        if -gaps[axis] > limit:
+            return count
         if (outside == 1 and gaps[axis] < 0.0) or not in_vertex_cone(scratch, row, d, slack):
+            limit = min(limit, star_depth(scratch, row, d) - gaps[axis])
             continue
         part = 2 * axis + (1 if side > 0.0 else 0)
         feature = feature_of(TERRAIN_VERTEX, part, VERTEX_PLACE, int(scratch[row, 7]))

@@ -21,7 +21,16 @@ from .terrain_candidates import (
     add_candidate,
     feature_of,
 )
-from .terrain_features import PARALLEL, TILT, can_turn_to, in_edge_cone, in_vertex_cone, into_edge_cone, meet_along
+from .terrain_features import (
+    PARALLEL,
+    TILT,
+    can_turn_to,
+    in_edge_cone,
+    in_vertex_cone,
+    into_edge_cone,
+    meet_along,
+    star_depth,
+)
 from .terrain_shape import FIRST_FEATURE_ROW, get, in_frame, margin_of, put_core, put_corner, scale_of
 from .triangle import REGION_SLACK
 
@@ -75,6 +84,17 @@ def list_corners(hull, origin, axes, number, highest, scratch):
 
 
 @kernel
+def _depth_in_hull(hull, p):
+    """[m] from a point in the hull's frame to the nearest plane of a face around it; 0 outside."""
+    _, points, faces, corners, _ = hull
+    depth = math.inf
+    for face in range(faces.shape[0]):
+        above = vec3.sub(p, point_of(points, corners[faces[face].first_corner]))
+        depth = min(depth, -vec3.dot(vec3.load(faces[face].normal), above))
+    return max(depth, 0.0)
+
+
+@kernel
 def _crossing(scratch, row, hull, origin, axes, count):
     """An edge of the terrain across the edges of the hull."""
     _, points, _, _, edges = hull
@@ -120,7 +140,7 @@ def _crossing(scratch, row, hull, origin, axes, count):
             if abs(u - 0.5 * own_length) > (0.5 + REGION_SLACK) * own_length:
                 continue
             foot = vec3.add_scaled(start, t, e)
-            if vec3.dot(vec3.sub(center, foot), d) <= 0.0:
+            if vec3.dot(vec3.sub(center, foot), d) <= 0.0 or -gap > _depth_in_hull(hull, foot) + length:
                 continue
             if attempt == 0:
                 best = gap
@@ -221,6 +241,7 @@ def _under_hull(scratch, row, hull, origin, axes, count):
     nearest = 0
     chosen = -1
     chosen_height = -math.inf
+    limit = math.inf
     for face in range(faces.shape[0]):
         n = vec3.load(faces[face].normal)
         height = vec3.dot(n, vec3.sub(v, point_of(points, corners[faces[face].first_corner])))
@@ -235,12 +256,15 @@ def _under_hull(scratch, row, hull, origin, axes, count):
         if in_vertex_cone(scratch, row, mat3.apply(axes, vec3.neg(n)), slack):
             chosen = face
             chosen_height = height
+        else:
+            limit = min(limit, star_depth(scratch, row, mat3.apply(axes, vec3.neg(n))) - height)
     if highest > slack:
         if not _over_face(hull, nearest, v, highest, slack):
             return _beside_hull(scratch, row, hull, v, axes, count)
         if chosen_height < highest:
             return count
-    if chosen < 0:
+    # As for a box.
+    if chosen < 0 or -chosen_height > limit:
         return count
     d = mat3.apply(axes, vec3.neg(vec3.load(faces[chosen].normal)))
     feature = feature_of(TERRAIN_VERTEX, chosen, VERTEX_PLACE, int(scratch[row, 7]))
