@@ -109,7 +109,9 @@ def _sweep_boxes(header, workspace, world):
     for index in range(header.num_bodies):
         body = bodies[index]
         turned = _turn(body, states[index], flown[index], header.time_step)
-        slack = SLACK * body.size if body.motion == DYNAMIC else 0.0
+        # Ground that moves may rise within the step.
+        rise = header.time_step * workspace.fastest_rate
+        slack = SLACK * body.size if body.motion == DYNAMIC else rise
         swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
     return boxes
 

@@ -39,6 +39,10 @@ PLACE_BITS = 26
 # Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, without the contacts to be
 # located; what is left of it after the last one.
 WHOLE, TO_IMPACT, LAST = 0, 1, 2
+# What the search for the time of impact finds: nothing closes, something does, it cannot tell.
+PASSES, MEETS, UNDECIDED = 0, 1, 2
+# What an impact came to.
+NO_ROOM, UNTOUCHED, STOPPED, BOUNCED = 0, 1, 2, 3
 
 # Why the instant of an impact changes the outcome: it stops a body that touches no other; what follows may be anywhere.
 DULL, LIVELY = 1, 2

@@ -94,3 +94,59 @@ def test_who_else_is_in_the_world_changes_nothing(moving: bool) -> None:
         single = world_of(range(number, number + 1))
         single.step(40)
         np.testing.assert_array_equal(single.position[0, 1], crowd.position[0, number + 1])
+
+
+@pytest.mark.parametrize("time_step", [1 / 30, 1 / 120])
+@pytest.mark.parametrize("number", range(5), ids=["sphere", "capsule", "box", "cylinder", "hull"])
+@pytest.mark.parametrize("kind", range(3), ids=["plane", "field", "box"])
+def test_a_lone_body_without_loss_keeps_or_loses_energy(kind: int, number: int, time_step: float) -> None:
+    """In every step, to round-off, however far it turns in one: up to a radian here, and more after a blow."""
+    for seed in range(3):
+        generator = np.random.default_rng(6 + seed)
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity(tuple(GRAVITY)))
+        material = physics.Material(friction=0.5 * (seed % 2), restitution=1.0)
+        scene.add_body(grounds(generator)[kind], motion="static", position=(0, 0, -0.1), material=material)
+        size = generator.uniform(0.05, 0.2, 3)
+        shape = (
+            physics.Sphere(size[0]), physics.Capsule(size[0], size[1]), physics.Box(size),
+            physics.Cylinder(size[0], size[1]), physics.ConvexHull(0.1 * generator.normal(size=(10, 3))),
+        )[number]  # fmt: skip
+        scene.add_body(
+            shape, mass=1.0, position=(0.1, 0.2, 1.0), orientation=any_turn(generator),
+            linear_velocity=generator.normal(size=3), angular_velocity=15.0 * generator.normal(size=3),
+            material=material,
+        )  # fmt: skip
+        world = physics.World(scene, options=physics.Options(time_step=time_step))
+        start = world.kinetic_energy()[0] + 9.81
+        before = world.kinetic_energy()[0] + world.potential_energy()[0]
+        for _ in range(round(1.0 / time_step)):
+            world.step(1)
+            after = world.kinetic_energy()[0] + world.potential_energy()[0]
+            assert after <= before + 1e-12 * start
+            before = after
+            if np.abs(world.position[0, 1, :2]).max() > 3.7:
+                break
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_stick_that_whirls_on_a_plane_gains_no_energy(restitution: float) -> None:
+    """By up to 7 rad in a step: it rolls from edge to edge. What is left is the error of its smooth parts (order 2)."""
+    for seed in range(3):
+        generator = np.random.default_rng(seed)
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity(tuple(GRAVITY)))
+        material = physics.Material(friction=0.0, restitution=restitution)
+        scene.add_body(physics.Plane(), motion="static", material=material)
+        scene.add_body(
+            physics.Box((0.02, 0.02, 0.3)), mass=1.0, position=(0, 0, 0.8), orientation=any_turn(generator),
+            angular_velocity=12.0 * generator.normal(size=3), material=material,
+        )  # fmt: skip
+        world = physics.World(scene, options=physics.Options(time_step=1 / 30))
+        before = world.kinetic_energy()[0] + world.potential_energy()[0]
+        start = before
+        for _ in range(45):
+            world.step(1)
+            after = world.kinetic_energy()[0] + world.potential_energy()[0]
+            assert after <= before + 2e-2 * start
+            before = after

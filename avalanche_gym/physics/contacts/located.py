@@ -50,6 +50,11 @@ def _touch(contacts, order, first, last, a, b):
 
 
 @kernel
+def _is_worth(contact, time_step):
+    return -min(contact.approach, contact.free) * time_step > WORTH * contact.size
+
+
+@kernel
 def mark_located(bodies, starts, flown, span, time_step, contacts, order, first, last, landings, bound):
     """Set ``located`` of the contacts of one island, order[first:last]; return the largest: 0, DULL or LIVELY.
 
@@ -73,13 +78,15 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
             strikes = strikes or comes
         far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
         bounces = contact.restitution > 0.0 and landings != SWINGING
-        if bounces and not strikes and not _touch(contacts, order, first, last, a, b):
-            bent = wander(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
-            strikes = contact.free_gap < bent
+        swings = False
+        if (bounces or landings == ALL) and not strikes and not _touch(contacts, order, first, last, a, b):
+            bent = wander(contact, bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
+            swings = contact.free_gap < bent
+            strikes = swings
         lively = bounces or (landings != SWINGING and contact.start_gap - contact.free_gap > thick)
         if far > thick or (strikes and lively):
             contact.located = LIVELY
-        elif strikes and landings > NONE and -min(contact.approach, contact.free) * time_step > WORTH * contact.size:
+        elif swings or (strikes and landings > NONE and _is_worth(contact, time_step)):
             if landings == ROUND:
                 worth = contact.frame == BETWEEN or contact.curved == 1
             else:

@@ -38,6 +38,11 @@ CREEP = 1e-3
 # it: two equal bodies have passed each other after four. Smaller: fast piles are stopped at many touches.
 THICKNESS = 4.0
 
+# [rad] Beyond this angle in a step a turn is not small. Smaller: more contacts are looked at.
+FAR_TURN = 0.25
+# Share of the span in which a contact would bend as far as it may that a step in parts takes.
+CALM = 0.9
+
 
 @kernel
 def surface_shift(contact, span):
@@ -129,11 +134,24 @@ def _turned(body, far):
 
 
 @kernel
-def wander(body_a, start_a, flown_a, body_b, start_b, flown_b, span):
-    """[m] by which a gap may end smaller than along the normal it has at the start.
+def _spread(body, place, contact, sign, turned):
+    """[m] by which a body that turns may come to reach farther along the normal than it does at a contact.
+
+    It reaches h = n . (point - center) there. No point of it is farther from its centre than its radius r, and none
+    moves along the normal by more than the angle times r: r - h or that.
+    """
+    arm = vec3.sub(vec3.load(contact.position), vec3.load(place.center))
+    reach = sign * vec3.dot(vec3.load(contact.normal), arm) - 0.5 * contact.gap
+    return min(max(body.radius - reach, 0.0), turned * body.radius)
+
+
+@kernel
+def wander(contact, body_a, start_a, flown_a, body_b, start_b, flown_b, span):
+    """[m] by which a gap may end smaller than ``free_gap``, along the normal it has at the start.
 
     Where bodies turn by an angle and move against each other the normal turns by that angle, and another point of them
-    may be the nearest one: angle times way, of second order in the span.
+    may be the nearest one: angle times way, of second order in the span. Where the angle is not small the point that is
+    nearest at the start may be carried far away, and any other may come: all that bodies can reach counts.
     """
     far_a = _far_end(body_a, start_a, flown_a, span)
     far_b = _far_end(body_b, start_b, flown_b, span)
@@ -141,15 +159,27 @@ def wander(body_a, start_a, flown_a, body_b, start_b, flown_b, span):
         return 0.0
     way = vec3.sub(vec3.load(flown_b.center), vec3.load(start_b.center))
     way = vec3.sub(way, vec3.sub(vec3.load(flown_a.center), vec3.load(start_a.center)))
-    return (_turned(body_a, far_a) + _turned(body_b, far_b)) * (vec3.norm(way) + far_a + far_b)
+    turned_a = _turned(body_a, far_a)
+    turned_b = _turned(body_b, far_b)
+    bent = (turned_a + turned_b) * (vec3.norm(way) + far_a + far_b)
+    if turned_a + turned_b > FAR_TURN:
+        normal = vec3.load(contact.normal)
+        least = contact.gap + vec3.dot(normal, way) + span * vec3.dot(normal, vec3.load(contact.surface_velocity))
+        if far_a > 0.0:
+            least -= _spread(body_a, start_a, contact, 1.0, turned_a)
+        if far_b > 0.0:
+            least -= _spread(body_b, start_b, contact, -1.0, turned_b)
+        bent = max(bent, contact.free_gap - least)
+    return bent
 
 
 @kernel
-def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
+def predict_contacts(bodies, starts, ends, time_step, lands, contacts, num_contacts):
     """Note where each contact is, how fast it approaches and how it ends without impulses; return how many remain.
 
     ``starts`` and ``ends`` are the states (bodies,) at both ends of the flight. Contacts that stay open by more than
     SLACK of the smaller body are dropped, unless a body turns so far that another part of it may be the one that hits.
+    ``lands``: impacts without rebound are located as well.
     """
     kept = 0
     # Contacts come pair by pair.
@@ -183,10 +213,10 @@ def predict_contacts(bodies, starts, ends, time_step, contacts, num_contacts):
         if contact.free_gap > SLACK * contact.size and apart and not struck:
             far = swing(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
             if far <= THICKNESS * contact.size:
-                if contact.restitution == 0.0:
+                if contact.restitution == 0.0 and not lands:
                     continue
-                # What bounces has to be looked at on its way, where that may bend enough.
-                bent = wander(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
+                # What is located has to be looked at on its way, where that may bend enough.
+                bent = wander(contact, bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
                 if contact.free_gap - bent > SLACK * contact.size:
                     continue
         after = vec3.sub(velocity_at(starts[b], ends[b], point), velocity_at(starts[a], ends[a], point))
@@ -215,7 +245,8 @@ def rebounds(contact, approach, span, time_step):
 
 @kernel
 def sort_out(time_step, contacts, order, first, last, bounce_step):
-    """Set ``persistent`` of the contacts of one island, order[first:last]; return whether one strikes at once.
+    """Set ``persistent`` of the contacts of one island, order[first:last]; return whether one strikes at once, and the
+    span [s] in which those that rest turn little enough to last.
 
     On entry ``persistent`` says which bore load in the last step. Spread evenly over the step, an impulse that stops
     an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows,
@@ -224,13 +255,16 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
     just done so, if ``bounce_step`` [s], the whole step, is not zero.
     """
     struck = False
+    calm = time_step
     for index in range(first, last):
         contact = contacts[order[index]]
         touches = contact.gap <= (TOUCH if contact.persistent == 1 else OVERLAP) * contact.size
         kept = max(contact.gap, 0.0) + 0.5 * time_step * contact.approach >= -CREEP * contact.size
         linear = contact.gap + 0.5 * time_step * (contact.approach + contact.free)
-        kept = kept and abs(contact.free_gap - linear) <= SLACK * contact.size
         kept = kept and not rebounds(contact, contact.approach, time_step, bounce_step)
+        bend = abs(contact.free_gap - linear)
+        rests = kept
+        kept = kept and bend <= SLACK * contact.size
         leaves = 0.5 * time_step * contact.approach > CREEP * contact.size
         leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
         if leaves or not touches:
@@ -239,7 +273,10 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
             vec3.store(contact.moment, vec3.ZERO)
         contact.persistent = 1 if touches and kept and not leaves else 0
         struck = struck or (touches and not kept and not leaves)
-    return struck
+        if touches and rests and not kept and not leaves:
+            # The bend grows with the square of the span, at least.
+            calm = min(calm, CALM * time_step * math.sqrt(SLACK * contact.size / bend))
+    return struck, calm
 
 
 @kernel

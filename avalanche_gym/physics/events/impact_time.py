@@ -34,7 +34,18 @@ from ..integrator.flight import fly
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
-from ..model import BETWEEN, BODY_STATE, CONTACT, DYNAMIC, ON_A, PLACE_BITS, SLIDING
+from ..model import (
+    BETWEEN,
+    BODY_STATE,
+    CONTACT,
+    DYNAMIC,
+    MEETS,
+    ON_A,
+    PASSES,
+    PLACE_BITS,
+    SLIDING,
+    UNDECIDED,
+)
 from ..narrow_phase.answers import UNKNOWN, recall_answers
 from ..narrow_phase.collide import collide_pair
 from ..narrow_phase.height_field_grid import spacing_of
@@ -127,6 +138,12 @@ def _no_sooner(gap, closing, pressing):
 
 
 @kernel
+def _bears(contact):
+    """Whether a contact holds its bodies on this way: one that is only listed there, open, leaves it free."""
+    return contact.located == 0 and (contact.persistent == 1 or vec3.norm_squared(vec3.load(contact.impulse)) > 0.0)
+
+
+@kernel
 def _binds(contacts, first, count, found, slow):
     """Whether a contact found on the way is one of those that bind the bodies all the way.
 
@@ -136,7 +153,7 @@ def _binds(contacts, first, count, found, slow):
         contact = contacts[index]
         if contact.pair != found.pair:
             return False
-        if contact.located == 0:
+        if _bears(contact):
             if contact.feature == found.feature:
                 return True
             if slow and found.feature >= SLIDING and contact.feature >> PLACE_BITS == found.feature >> PLACE_BITS:
@@ -158,7 +175,7 @@ def _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders):
     own = _collider_of(found, moving, num_colliders)
     for index in range(count):
         contact = contacts[index]
-        if contact.located != 0 or (contact.body_a != moving and contact.body_b != moving):
+        if not _bears(contact) or (contact.body_a != moving and contact.body_b != moving):
             continue
         if contact.pair == found.pair and contact.feature == found.feature:
             return True
@@ -173,12 +190,13 @@ def find_impact_time(address, workspace_address, world, count):
     """Set ``impact_time`` of the workspace to the first impact among pairs with a ``located`` contact.
 
     ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``bound`` tells how a body
-    moves. Returns 1 if there is an impact before the end.
+    moves. Returns MEETS if there is an impact before the end, PASSES if all these pairs stay open on this way, else
+    UNDECIDED: something touches and neither comes nor goes, or slides along for longer than is looked.
     """
     workspace = workspace_at(workspace_address)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     workspace.impact_time = workspace.span
-    found = 0
+    found = PASSES
     pair = np.int64(-1)
     first = np.int64(0)
     for index in range(count):
@@ -187,8 +205,9 @@ def find_impact_time(address, workspace_address, world, count):
             first = index
         if contact.located > 0 and contact.pair != pair:
             pair = contact.pair
-            if _search(address, workspace_address, world, contacts, first, count):
-                found = 1
+            outcome = _search(address, workspace_address, world, contacts, first, count)
+            if outcome == MEETS or found == PASSES:
+                found = outcome
     return found
 
 
@@ -214,7 +233,7 @@ def _follow(bodies, fields, starts, ends, bound, a, b, instant, span, step, foun
 
 @kernel
 def _search(address, workspace_address, world, contacts, first, count):
-    """Look for an impact of one pair of colliders before ``impact_time``, and move that up to it."""
+    """Look for an impact of one pair of colliders before ``impact_time``, and move that up to it; return as above."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     contact = contacts[first]
@@ -241,6 +260,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     blocked = math.inf
     overlapping = 0
     speed = 0.0
+    passes = PASSES
     for _ in range(MOST_INSTANTS):
         place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
         place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
@@ -327,6 +347,7 @@ def _search(address, workspace_address, world, contacts, first, count):
                 if closing >= 0.0 or pressing * left <= -closing:
                     # It rests, or does not come back in what is left.
                     if abs(closing) * header.time_step <= TOUCHING * size:
+                        passes = UNDECIDED
                         continue
                 gap = max(gap, 0.0)
             second = _no_sooner(gap, closing, pressing)
@@ -348,10 +369,10 @@ def _search(address, workspace_address, world, contacts, first, count):
         if deepest < math.inf:
             if deepest >= -near or instant == 0.0:
                 workspace.impact_time = instant
-                return True
+                return MEETS
             if instant - clear <= 4.0 * SPACING * span:
                 workspace.impact_time = clear
-                return True
+                return MEETS
             blocked = instant
             overlapping += 1
             instant += deepest / fastest_closing
@@ -366,17 +387,17 @@ def _search(address, workspace_address, world, contacts, first, count):
         if blocked < math.inf:
             if blocked - clear <= 4.0 * SPACING * span:
                 workspace.impact_time = clear
-                return True
+                return MEETS
             if instant + step >= blocked:
                 step = 0.5 * (blocked - clear)
         if instant + step >= workspace.impact_time:
-            return False
+            return passes
         if instant + step == instant:
             workspace.impact_time = instant
-            return True
+            return MEETS
         instant += step
     # What could pass through the other in the rest of the way is looked at again from here.
     if clear > 0.0 and speed * (workspace.impact_time - clear) > size:
         workspace.impact_time = clear
-        return True
-    return False
+        return MEETS
+    return UNDECIDED

@@ -7,7 +7,7 @@ import numpy as np
 from ..contacts.turning import turn_contact
 from ..jit import kernel
 from ..maths import vec3
-from ..memory import bodies_of, table
+from ..memory import bodies_of, report_of, table
 from ..model import CONTACT, CROWD, DYNAMIC
 from .members import numbers_in, states_in
 
@@ -131,6 +131,42 @@ def part_with(workspace, num_contacts):
 
 
 @kernel
+def pass_by(header, workspace, world, num_contacts):
+    """Put the contacts that were looked for and did not close to the end of the step: they bear nothing, and are open.
+
+    Along the normal with which one began it may seem to close; at the end another feature is the nearest one.
+    """
+    bodies = bodies_of(header, world)
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    begins = states_in(header, workspace.begins)
+    ends = states_in(header, workspace.ends)
+    flown = states_in(header, workspace.flown)
+    report = report_of(header, world)
+    for index in range(num_contacts):
+        contact = contacts[index]
+        if contact.located > 0:
+            vec3.store(contact.impulse, vec3.ZERO)
+            vec3.store(contact.moment, vec3.ZERO)
+            contact.persistent = 0
+            _follow(bodies, begins, flown, ends, contact, workspace.span)
+            contact.gap = max(contact.gap, 0.0)
+        report.penetration = max(report.penetration, -contact.gap)
+
+
+@kernel
+def _follow(bodies, begins, flown, ends, contact, span):
+    """Move a contact from where its bodies are in ``begins`` to the end of the part."""
+    a = contact.body_a
+    b = contact.body_b
+    end_a = ends[a] if bodies[a].motion == DYNAMIC else flown[a]
+    end_b = ends[b] if bodies[b].motion == DYNAMIC else flown[b]
+    turn_contact(contact, begins[a], end_a, begins[b], end_b, span)
+    vec3.store(contact.position, vec3.load(contact.end_position))
+    vec3.store(contact.normal, vec3.load(contact.end_normal))
+    contact.gap = contact.end_gap
+
+
+@kernel
 def follow_gone(header, workspace, world):
     """Contacts that are out of reach go with their bodies from ``begins`` to ``ends``."""
     bodies = bodies_of(header, world)
@@ -140,14 +176,7 @@ def follow_gone(header, workspace, world):
     flown = states_in(header, workspace.flown)
     for number in range(workspace.num_gone):
         contact = gone[number]
-        a = contact.body_a
-        b = contact.body_b
         vec3.store(contact.start_position, vec3.load(contact.position))
         vec3.store(contact.start_normal, vec3.load(contact.normal))
         contact.start_gap = contact.gap
-        end_a = ends[a] if bodies[a].motion == DYNAMIC else flown[a]
-        end_b = ends[b] if bodies[b].motion == DYNAMIC else flown[b]
-        turn_contact(contact, begins[a], end_a, begins[b], end_b, workspace.span)
-        vec3.store(contact.position, vec3.load(contact.end_position))
-        vec3.store(contact.normal, vec3.load(contact.end_normal))
-        contact.gap = contact.end_gap
+        _follow(bodies, begins, flown, ends, contact, workspace.span)

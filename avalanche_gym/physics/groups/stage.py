@@ -2,7 +2,9 @@
 
     part:    fly, find and sort the contacts of the group for what is left of the step
              step it without the contacts to be located, and ask when the first of their impacts comes on that way
-             none: step it to the end with all contacts, done
+             a contact that rests turns too far for a smooth step: only a shorter part
+             none: this is the step of the group; the contacts looked for pass by, done
+             undecided: step it to the end with all contacts, done
              else: step it up to there, let the impact happen (response/blow.py), go on with the next part
 
 All other islands have been stepped before. A group that comes near a body of another island takes that island in and
@@ -29,17 +31,22 @@ from ..memory import (
     workspace_at,
 )
 from ..model import (
+    BOUNCED,
     CONTACT,
     CONTACTS_FULL,
     DYNAMIC,
     LAST,
     LEAST_BODIES,
+    NO_ROOM,
     OK,
     PAIRS_FULL,
+    PASSES,
     SOLVER_FULL,
     TO_IMPACT,
+    UNDECIDED,
+    UNTOUCHED,
 )
-from .contacts import carry_blows, follow_gone, forget_impulses, keep_finished, note_bound, part_with, remember
+from .contacts import carry_blows, follow_gone, forget_impulses, keep_finished, note_bound, part_with, pass_by, remember
 from .members import (
     copy_state,
     fly_group,
@@ -63,7 +70,9 @@ FEWEST_PARTS = 64
 DONE = 3
 # An impact without rebound counts as so many parts: what comes to rest rocks from corner to corner without end, and
 # loses little if it is not followed.
-NO_REBOUND = 128
+NO_REBOUND = 32
+# A part in which a contact that rests turns too far is tried again, shorter, so many times at most.
+MOST_SHORTER = 4
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
 
@@ -117,12 +126,20 @@ def _step_group(address, workspace_address, world, label):
         left = header.time_step - workspace.elapsed
         part = LAST if crowd or spent >= most else TO_IMPACT
         status, num_contacts = _step_part(address, workspace_address, world, label, count, part, left)
+        for _ in range(MOST_SHORTER):
+            if status == OK and part == TO_IMPACT and workspace.calm < workspace.span:
+                status, num_contacts = _step_part(address, workspace_address, world, label, count, part, workspace.calm)
         if status != OK:
             return status
-        if part == LAST or workspace.waiting == 0:
+        ends_here = workspace.span == left
+        if ends_here and (part == LAST or workspace.waiting == 0):
             break
         bound = note_bound(header, workspace, num_contacts, count)
-        if call_stage(header.find_impact_time, address, workspace_address, world, num_contacts) == 0:
+        outcome = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts)
+        if ends_here and outcome == PASSES:
+            pass_by(header, workspace, world, num_contacts)
+            break
+        if outcome == UNDECIDED:
             status, num_contacts = _step_part(address, workspace_address, world, label, count, LAST, left)
             if status != OK:
                 return status
@@ -131,19 +148,25 @@ def _step_group(address, workspace_address, world, label):
             status = _go_to_impact(address, workspace_address, world, label, count, bound)
             if status != OK:
                 return status
+        if outcome == PASSES:
+            spent += 1
+            continue
         left = header.time_step - workspace.elapsed
         workspace.span = max(left, INSTANT * header.time_step)
         status, num_contacts = _find(address, workspace_address, world, label, count)
         if status != OK:
             return status
         outcome = call_stage(header.strike, address, workspace_address, world)
-        if outcome == 0:
+        if outcome == NO_ROOM:
             return SOLVER_FULL
         if not part_with(workspace, num_contacts):
             return _contacts_full(workspace)
         remember(workspace, contacts, num_contacts, False)
         events += 1
-        spent += 1 if outcome == 2 else NO_REBOUND
+        spent += 1 if outcome == BOUNCED else NO_REBOUND
+        if outcome == UNTOUCHED and workspace.impact_time == 0.0:
+            # The search sees a contact that the impact does not: it would see it again.
+            spent = most
         waits = spent >= most and _could_pass(header, workspace, world, num_contacts, left)
         if waits or left <= INSTANT * header.time_step:
             for number in range(count):

@@ -32,7 +32,7 @@ from ..integrator.momentum import momentum_of, store_momentum
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, header_at, report_of, starts_of, table, workspace_at
-from ..model import CONTACT, FLOW_SYMMETRIC, FLOW_TRIAXIAL
+from ..model import BOUNCED, CONTACT, FLOW_SYMMETRIC, FLOW_TRIAXIAL, NO_ROOM, STOPPED, UNTOUCHED
 from ..solver.exact import NEEDS_MEMORY
 from ..solver.expansion import expand
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
@@ -213,8 +213,9 @@ def _impact(address, workspace_address, world, order, first, count, members, num
 def strike(address, workspace_address, world):
     """Resolve the impacts of all islands at the present places (``starts``).
 
-    Returns 0 if the solver needs more memory, 2 if anything bounced, else 1. ``sort_contacts`` has sorted the contacts,
-    for a part of the step as long as what is left of it.
+    Returns NO_ROOM if the solver needs more memory, BOUNCED if anything did, STOPPED if what approached was stopped,
+    UNTOUCHED if nothing approached. ``sort_contacts`` has sorted the contacts, for a part of the step as long as what
+    is left of it.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -226,7 +227,7 @@ def strike(address, workspace_address, world):
     island_bodies = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
     left = workspace.span
     time_step = header.time_step
-    outcome = 1
+    outcome = UNTOUCHED
     for island in range(workspace.num_islands):
         first = starts[island]
         last = _touching_first(contacts, order, first, starts[island + 1])
@@ -236,17 +237,18 @@ def strike(address, workspace_address, world):
             count = _choose(contacts, states, order, first, last, left, time_step)
             if count == 0:
                 break
-            outcome = 2
+            outcome = BOUNCED
             if not _impact(address, workspace_address, world, order, first, count, members, num_bodies, True):
-                return 0
+                return NO_ROOM
             _by_bodies(contacts, order, first, last)
         approaches = False
         for index in range(first, last):
             contact = contacts[order[index]]
             approaches = approaches or -_approach(contact, states) * time_step > OVERLAP * contact.size
         if approaches:
+            outcome = max(outcome, STOPPED)
             if not _impact(address, workspace_address, world, order, first, last - first, members, num_bodies, False):
-                return 0
+                return NO_ROOM
     return outcome
 
 

@@ -31,6 +31,7 @@ def step_islands(address, workspace_address, world):
     """
     workspace = workspace_at(workspace_address)
     workspace.waiting = 0
+    workspace.calm = workspace.span
     for island in range(workspace.num_islands):
         if not _step_island(address, workspace_address, world, island):
             return 0
@@ -48,11 +49,12 @@ def _step_island(address, workspace_address, world, island):
     if workspace.part == WHOLE and stands_still(contacts, order, first, last):
         _stand(address, workspace_address, world, island)
         return True
-    struck = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
+    struck, calm = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
+    workspace.calm = min(workspace.calm, calm)
     workspace.budget = header.max_iterations
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
         return True
-    outcome = _step_exactly(address, workspace_address, world, island, struck)
+    outcome = _step_exactly(address, workspace_address, world, island, struck, calm < workspace.span)
     if outcome == GAVE_UP:
         call_stage(header.step_pile, address, workspace_address, world, island)
     return outcome != FULL
@@ -78,8 +80,11 @@ def _stand(address, workspace_address, world, island):
 
 
 @kernel
-def _step_exactly(address, workspace_address, world, island, struck):
-    """The same by the exact tier: SOLVED, FULL if the solver needs more memory, or GAVE_UP, and nothing was done."""
+def _step_exactly(address, workspace_address, world, island, struck, swings):
+    """The same by the exact tier: SOLVED, FULL if the solver needs more memory, or GAVE_UP, and nothing was done.
+
+    ``swings``: a contact that rests turns so far that it lasts only for a part of the step.
+    """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     bodies = bodies_of(header, world)
@@ -106,13 +111,15 @@ def _step_exactly(address, workspace_address, world, island, struck):
         located = mark_located(
             bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
         )
+        if swings and landings > NONE and workspace.part == WHOLE:
+            located = max(located, DULL)
         lands = located == DULL
         if lands and last_body - first_body > 1 and header.step_pile == 0:
             # Not only stopped: a body may be set going, and meet others. In a crowd it does so in the next step.
             located = LIVELY
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
-            struck = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
+            struck, _ = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
         table(workspace.waits, workspace.waits_size, np.int64)[island] = located
         # What rests may never get to where it would fall without its support: first it is seen whether it does.
         doubtful = lands and workspace.part == WHOLE and not struck

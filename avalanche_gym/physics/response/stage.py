@@ -45,7 +45,9 @@ def sort_contacts(address, workspace_address, world, count):
     num_chains = workspace.island_starts_size if workspace.part == WHOLE else workspace.num_members + 1
     chains = table(workspace.island_starts, num_chains, np.int64)
     following = table(workspace.order, workspace.order_size, np.int64)
-    count = predict_contacts(bodies, starts_of(header, workspace), flown, span, contacts, count)
+    # In a crowd they are not (response/island.py).
+    lands = header.events == 1 and header.step_pile == 0
+    count = predict_contacts(bodies, starts_of(header, workspace), flown, span, lands, contacts, count)
     if workspace.part == WHOLE:
         count = touch_sleepers(header, world, contacts, count)
         if count < 0:
