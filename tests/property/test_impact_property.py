@@ -129,7 +129,7 @@ def test_a_lone_body_without_loss_keeps_or_loses_energy(kind: int, number: int, 
                 break
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5])
+@pytest.mark.parametrize("restitution", [0.5, 1.0])
 def test_a_stick_that_whirls_on_a_plane_gains_no_energy(restitution: float) -> None:
     """By up to 7 rad in a step: it rolls from edge to edge. What is left is the error of its smooth parts (order 2)."""
     for seed in range(3):
