@@ -39,6 +39,9 @@ PLACE_BITS = 26
 # Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, without the contacts to be
 # located; what is left of it after the last one.
 WHOLE, TO_IMPACT, LAST = 0, 1, 2
+# [rad] Beyond this angle in a step a turn is not small: bodies show other faces by its end. Smaller: more contacts are
+# looked at on their way.
+FAR_TURN = 0.25
 # What the search for the time of impact finds: nothing closes, something does, it cannot tell.
 PASSES, MEETS, UNDECIDED = 0, 1, 2
 # What an impact came to.

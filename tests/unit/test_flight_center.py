@@ -60,12 +60,24 @@ def test_force_is_a_constant_acceleration():
 def test_kinematic_body_keeps_its_velocities():
     body = Flyer(velocity=(1.0, 0, 0), angular_velocity=(0.0, 0.0, 0.5), motion=KINEMATIC, inertia=(1.0, 2.0, 2.5))
     body.uniform = [(0.0, 0.0, -9.81)]
-    body.force = (1.0, 1.0, 1.0)
     end = body.after(0.1, 20)
     np.testing.assert_allclose(end.center, [2.0, 0.0, 0.0], rtol=1e-15)
     np.testing.assert_allclose(end.orientation, [math.cos(0.5), 0.0, 0.0, math.sin(0.5)], rtol=1e-14)
     np.testing.assert_array_equal(end.velocity, body.velocity)
     np.testing.assert_array_equal(end.angular_velocity, body.angular_velocity)
+
+
+def test_kinematic_body_accelerates_as_it_is_driven():
+    """What stands in the place of its force and torque is its acceleration [m/s^2], [rad/s^2]; fields do not act."""
+    body = Flyer(velocity=(1.0, 0, 0), angular_velocity=(0.0, 0.0, 0.5), motion=KINEMATIC, mass=7.0)
+    body.uniform = [(0.0, 0.0, -9.81)]
+    body.force = (0.0, 1.0, 0.0)
+    body.torque = (0.0, 0.0, 0.2)
+    end = body.after(2.0)
+    np.testing.assert_allclose(end.center, [2.0, 2.0, 0.0], rtol=1e-15)
+    np.testing.assert_allclose(end.velocity, [1.0, 2.0, 0.0], rtol=1e-15)
+    np.testing.assert_allclose(end.orientation, [math.cos(0.7), 0.0, 0.0, math.sin(0.7)], rtol=1e-14)
+    np.testing.assert_allclose(end.angular_velocity, [0.0, 0.0, 0.9], rtol=1e-14)
 
 
 def test_static_body_stays():

@@ -61,7 +61,7 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
     ``landings`` says which of those are located; ``bound`` (bodies,) is scratch.
     """
     largest = 0
-    if landings == FLYING:
+    if landings >= FLYING:
         _note_flying(bodies, contacts, order, first, last, bound)
     for index in range(first, last):
         contact = contacts[order[index]]
@@ -79,7 +79,9 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
         bounces = contact.restitution > 0.0 and landings != SWINGING
         swings = False
-        if (bounces or landings == ALL) and not strikes and not _touch(contacts, order, first, last, a, b):
+        # What rests on something is led by that, and does not swing freely.
+        flies = landings == ALL and (bound[a] == 0 or bound[b] == 0)
+        if (bounces or flies) and not strikes and not _touch(contacts, order, first, last, a, b):
             bent = wander(contact, bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
             swings = contact.free_gap < bent
             strikes = swings

@@ -18,6 +18,7 @@ import math
 
 from ..jit import kernel
 from ..maths import quat, vec3
+from ..model import FAR_TURN
 
 # A contact whose gap ends larger than this fraction of the smaller body is left out of the problem. It can still come
 # into play when a neighbour is pushed by more than that in one step; smaller values then allow overlap for one step,
@@ -38,8 +39,6 @@ CREEP = 1e-3
 # it: two equal bodies have passed each other after four. Smaller: fast piles are stopped at many touches.
 THICKNESS = 4.0
 
-# [rad] Beyond this angle in a step a turn is not small. Smaller: more contacts are looked at.
-FAR_TURN = 0.25
 # Share of the span in which a contact would bend as far as it may that a step in parts takes.
 CALM = 0.9
 
