@@ -252,8 +252,7 @@ def _under_hull(scratch, row, hull, origin, axes, count):
             nearest = face
         if height <= chosen_height or vec3.dot(n, beyond) <= 0.0:
             continue
-        slack = can_turn_to(scratch, height, TILT)
-        if in_vertex_cone(scratch, row, mat3.apply(axes, vec3.neg(n)), slack):
+        if in_vertex_cone(scratch, row, mat3.apply(axes, vec3.neg(n)), can_turn_to(scratch, height, TILT)):
             chosen = face
             chosen_height = height
         else:
