@@ -261,10 +261,10 @@ def _search(address, workspace_address, world, contacts, first, count):
     blocked = math.inf
     overlapping = 0
     speed = 0.0
-    # Bodies that turn little show the same faces at the end: there the step with all contacts takes up what touches by
-    # round-off as well.
-    turn = span * (vec3.norm(vec3.load(starts[a].angular_velocity)) + vec3.norm(vec3.load(starts[b].angular_velocity)))
-    passes = PASSES if turn > FAR_TURN else UNDECIDED
+    # Bodies that turn little in a step show the same faces at its end: for them the way with all contacts takes up what
+    # touches by round-off as well.
+    spin = vec3.norm(vec3.load(starts[a].angular_velocity)) + vec3.norm(vec3.load(starts[b].angular_velocity))
+    passes = PASSES if spin * header.time_step > FAR_TURN else UNDECIDED
     for _ in range(MOST_INSTANTS):
         place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
         place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
