@@ -24,6 +24,7 @@ from ..maths import vec3
 from ..memory import (
     address_of_states,
     bodies_of,
+    colliders_of,
     header_at,
     report_of,
     states_of,
@@ -37,6 +38,8 @@ from ..model import (
     DYNAMIC,
     LAST,
     LEAST_BODIES,
+    MEETS,
+    MESH,
     NO_ROOM,
     OK,
     PAIRS_FULL,
@@ -126,8 +129,9 @@ def _step_group(address, workspace_address, world, label):
         left = header.time_step - workspace.elapsed
         part = LAST if crowd or spent >= most else TO_IMPACT
         status, num_contacts = _step_part(address, workspace_address, world, label, count, part, left)
+        sure = not _moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
         for _ in range(MOST_SHORTER):
-            if status == OK and part == TO_IMPACT and workspace.calm < workspace.span:
+            if status == OK and sure and part == TO_IMPACT and workspace.calm < workspace.span:
                 status, num_contacts = _step_part(address, workspace_address, world, label, count, part, workspace.calm)
         if status != OK:
             return status
@@ -136,6 +140,8 @@ def _step_group(address, workspace_address, world, label):
             break
         bound = note_bound(header, workspace, num_contacts, count)
         outcome = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts)
+        if outcome == PASSES and not sure:
+            outcome = np.int64(UNDECIDED)
         if ends_here and outcome == PASSES:
             pass_by(header, workspace, world, num_contacts)
             break
@@ -150,23 +156,25 @@ def _step_group(address, workspace_address, world, label):
                 return status
         if outcome == PASSES:
             spent += 1
-            continue
+            if spent < most:
+                continue
         left = header.time_step - workspace.elapsed
         workspace.span = max(left, INSTANT * header.time_step)
         status, num_contacts = _find(address, workspace_address, world, label, count)
         if status != OK:
             return status
-        outcome = call_stage(header.strike, address, workspace_address, world)
-        if outcome == NO_ROOM:
-            return SOLVER_FULL
-        if not part_with(workspace, num_contacts):
-            return _contacts_full(workspace)
-        remember(workspace, contacts, num_contacts, False)
-        events += 1
-        spent += 1 if outcome == BOUNCED else NO_REBOUND
-        if outcome == UNTOUCHED and workspace.impact_time == 0.0:
-            # The search sees a contact that the impact does not: it would see it again.
-            spent = most
+        if outcome == MEETS:
+            blow = call_stage(header.strike, address, workspace_address, world)
+            if blow == NO_ROOM:
+                return SOLVER_FULL
+            if not part_with(workspace, num_contacts):
+                return _contacts_full(workspace)
+            remember(workspace, contacts, num_contacts, False)
+            events += 1
+            spent += 1 if blow == BOUNCED else NO_REBOUND
+            if blow == UNTOUCHED and workspace.impact_time == 0.0:
+                # The search sees a contact that the impact does not: it would see it again.
+                spent = most
         waits = spent >= most and _could_pass(header, workspace, world, num_contacts, left)
         if waits or left <= INSTANT * header.time_step:
             for number in range(count):
@@ -178,6 +186,23 @@ def _step_group(address, workspace_address, world, label):
     if spent >= most:
         report.event_limit += 1
     return _finish(header, workspace, world, label, count, num_contacts)
+
+
+@kernel
+def _moves_mesh(header, bodies, contacts, num_contacts):
+    """Whether a moving body of these contacts is a mesh: only its corners that lead are listed, so that a way on which
+    none of them meets anything is no proof that nothing does.
+    """
+    colliders = colliders_of(header)
+    for index in range(num_contacts):
+        contact = contacts[index]
+        for body, collider in (
+            (contact.body_a, contact.pair // colliders.shape[0]),
+            (contact.body_b, contact.pair % colliders.shape[0]),
+        ):
+            if bodies[body].motion == DYNAMIC and colliders[collider].shape == MESH:
+                return True
+    return False
 
 
 @kernel
