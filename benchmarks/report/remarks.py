@@ -5,9 +5,8 @@ FLIGHT = (
     "of a lone body"
 )
 DRIVEN = (
-    "what the user moves goes in straight pieces, its velocity jumping at the start of each step, while a body upon it "
-    "gains that velocity evenly over the step (order 2 elsewhere): it lags by half a step and makes a quarter of that "
-    "good in each step; needs motion given with its acceleration"
+    "what the user moves is taken to accelerate evenly within a step; what is left is how that acceleration itself "
+    "changes; needs motion given with its acceleration"
 )
 
 NOBODY = "the best peer does not err either, and a step of ours costs as much as one of its"
@@ -26,7 +25,7 @@ REMARKS = {
     "balls_inelastic": "sweeps of the pile tier leave that much overlap where balls strike one another; needs impacts "
     "of a crowd located in time, or more substeps",
     "swing_sticks": DRIVEN,
-    "swing_slips": DRIVEN + "; the instants of sticking are not found either: events of friction",
+    "swing_slips": DRIVEN + "; the instants of sticking are not found: needs events of friction",
     "carpet": DRIVEN,
     "wave": DRIVEN,
     "bowl_facets": "facets stand in for the smooth surface, and a ball without rebound loses energy at each crease, "
