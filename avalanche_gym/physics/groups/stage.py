@@ -129,9 +129,9 @@ def _step_group(address, workspace_address, world, label):
         left = header.time_step - workspace.elapsed
         part = LAST if crowd or spent >= most else TO_IMPACT
         status, num_contacts = _step_part(address, workspace_address, world, label, count, part, left)
-        sure = not _moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
+        in_parts = not _moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
         for _ in range(MOST_SHORTER):
-            if status == OK and sure and part == TO_IMPACT and workspace.calm < workspace.span:
+            if status == OK and in_parts and part == TO_IMPACT and workspace.calm < workspace.span:
                 status, num_contacts = _step_part(address, workspace_address, world, label, count, part, workspace.calm)
         if status != OK:
             return status
@@ -140,8 +140,6 @@ def _step_group(address, workspace_address, world, label):
             break
         bound = note_bound(header, workspace, num_contacts, count)
         outcome = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts)
-        if outcome == PASSES and not sure:
-            outcome = np.int64(UNDECIDED)
         if ends_here and outcome == PASSES:
             pass_by(header, workspace, world, num_contacts)
             break
@@ -190,8 +188,10 @@ def _step_group(address, workspace_address, world, label):
 
 @kernel
 def _moves_mesh(header, bodies, contacts, num_contacts):
-    """Whether a moving body of these contacts is a mesh: only its corners that lead are listed, so that a way on which
-    none of them meets anything is no proof that nothing does.
+    """Whether a moving body of these contacts is a mesh.
+
+    Only the corners of it that lead are listed. After a short part others lead, and one that should hold may not be
+    among them: its step is not made of such parts.
     """
     colliders = colliders_of(header)
     for index in range(num_contacts):
