@@ -99,7 +99,7 @@ def test_a_ball_of_facets_does_not_pass_a_wall(at: str, spin: float) -> None:
 
 
 WALLS = ("box", "mesh", "hull", "plane", "field")
-SHOTS = itertools.product(("ball", "stick", "rabbit"), WALLS, (0.0, 60.0, 1000.0))
+SHOTS = list(itertools.product(("ball", "stick", "rabbit"), WALLS, (0.0, 60.0, 1000.0)))
 
 
 @pytest.mark.verify
