@@ -17,7 +17,8 @@ REMARKS = {
     "throw": FLIGHT,
     "rotation_sphere": FLIGHT,
     "painleve": "nobody gains energy here; the instant at which the rod jams is a contact problem of many iterations",
-    "tippe_top": ROLLING,
+    "tippe_top": "a body that turns far in a step is stepped in parts, and that has order 1: half the step, half the "
+    "error; needs parts of order 2",
     "euler_disk": ROLLING,
     "coin": ROLLING,
     "far_1e3": SPACING,
