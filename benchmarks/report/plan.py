@@ -22,7 +22,16 @@ QUICK_CURVES = (
     "euler_disk",
 )  # fmt: skip
 # Not in the quick report.
-LONG = ("pile_100", "pile_1000", "balls_elastic", "balls_inelastic", "card_house", "orbit_e05", "orbit_e09")
+LONG = (
+    "pile_100",
+    "pile_1000",
+    "balls_elastic",
+    "balls_inelastic",
+    "card_house",
+    "orbit_e05",
+    "orbit_e09",
+    "nut_screws_down",
+)
 
 
 @dataclass(frozen=True)
