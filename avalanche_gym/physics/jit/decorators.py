@@ -26,6 +26,7 @@ from numba.extending import intrinsic
 
 from .cache import AnnouncedCache, LateCache, LinkedCache, MachineCache
 from .intermediate import LinkedKernel
+from .passes import LeanCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -45,7 +46,9 @@ def _no_garbage_collection() -> Iterator[None]:
 
 
 def _compiled(function: Function, cache: type[MachineCache]) -> Function:
-    dispatcher: Any = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    dispatcher: Any = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True, pipeline_class=LeanCompiler)(
+        function
+    )
     # Enabling a cache of our own is what ``cache=True`` does, with another locator.
     dispatcher._cache = LateCache(function, cache)
     dispatcher.compile = _no_garbage_collection()(dispatcher.compile)
@@ -81,7 +84,11 @@ class Stage:
         arguments = self._function.__code__.co_argcount
         signature = types.int64(*[types.int64] * arguments)
         compiled: Any = ccallback.CFunc(
-            self._function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
+            self._function,
+            (signature.args, signature.return_type),
+            locals={},
+            options={"error_model": "numpy"},
+            pipeline_class=LeanCompiler,
         )
         compiled._cache = AnnouncedCache(self._function)
         with _no_garbage_collection():

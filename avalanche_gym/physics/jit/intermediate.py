@@ -21,6 +21,8 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.registry import cpu_target
 
+from .passes import LeanCompiler, SharedFlags
+
 
 class _Library(codegen.JITCodeLibrary):
     """The code of a kernel and of all that it calls, linked, neither optimised nor compiled."""
@@ -39,8 +41,8 @@ class _Library(codegen.JITCodeLibrary):
         return library
 
 
-class _Pipeline(compiler.Compiler):
-    """Numba's passes, writing into a library of the kind above."""
+class _Pipeline(LeanCompiler):
+    """A compiler that writes into a library of the kind above."""
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
         self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
@@ -51,6 +53,7 @@ class _Compiler(_FunctionCompiler):
     """Numba's compiler of one function, without wrappers and machine code."""
 
     def _customize_flags(self, flags: Any) -> Any:
+        flags = SharedFlags(flags)
         flags.no_cpython_wrapper = True
         flags.no_cfunc_wrapper = True
         flags.no_compile = True
