@@ -1,10 +1,11 @@
 """A pile of many bodies beside Rapier in one run: CPU time of a step, overlap, and what sleeping saves.
 
     python -m benchmarks.pile [bodies] [--steps 360] [--rate 60] [--substeps 8] [--no-events] [--sleep] [--boxes]
+                             [--rolling 0.005]
 
 ``bodies`` is 100 or 1000 (the hard cases ``pile_100`` and ``pile_1000``), or any number with ``--boxes``, which takes
 boxes of the same density alone. Both engines step in turn, 30 steps at a time, so that a busy machine slows both.
-Sleeping is off on both sides, but for ``--sleep``, which runs ours alone.
+Sleeping is off on both sides. ``--sleep`` runs ours alone, and so does ``--rolling``, rolling friction [m] for all.
 """
 
 from __future__ import annotations
@@ -51,8 +52,11 @@ def main() -> None:
     parser.add_argument("--no-events", action="store_true", help="impacts are not located in time")
     parser.add_argument("--sleep", action="store_true", help="ours alone, with sleeping")
     parser.add_argument("--boxes", action="store_true", help="boxes only")
+    parser.add_argument("--rolling", type=float, default=0.0, help="rolling friction [m]; ours alone")
     arguments = parser.parse_args()
-    scene = boxes_only(pile(arguments.bodies)) if arguments.boxes else pile(arguments.bodies)
+    scene = pile(arguments.bodies, arguments.rolling)
+    if arguments.boxes:
+        scene = boxes_only(scene)
     options = physics.Options(
         time_step=1.0 / arguments.rate,
         substeps=arguments.substeps,
@@ -62,7 +66,7 @@ def main() -> None:
     physics.World(scene, options=options).step(3)  # compiles
     world = physics.World(scene, options=options)
     peer = None
-    if not arguments.sleep:
+    if not arguments.sleep and arguments.rolling == 0.0:
         from benchmarks.peers.rapier_engine import Rapier
 
         peer = Rapier(HARD_CASES["pile_100"], scene, options.time_step)

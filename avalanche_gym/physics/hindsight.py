@@ -29,8 +29,9 @@ from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
 from .response.bodies import shift
 from .response.pile import place_node, stand_still
-from .solver.pile import gap_after, part, prepare_response
+from .solver.pile import gap_after, part
 from .solver.pile_memory import PILE_NODE, PILE_ROW
+from .solver.pile_response import prepare_response
 
 # Contacts are found, and bodies swept apart, so many times at most: turned bodies show new faces again.
 ROUNDS = 6

@@ -34,7 +34,7 @@ from .model import (
     REST,
     VERTEX_ROW,
 )
-from .solver.pile_memory import PILE_NODE, PILE_ROW
+from .solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
 from .solver.workspace import NODE, ROW
 
 # Tables by name. Those of WORLD_TABLES have one block for each world.
@@ -165,6 +165,7 @@ WORKSPACE_TABLES = {
     "solver_blocks": np.dtype(np.float64),  # (blocks * 36,)
     "solver_index": np.dtype(np.int64),
     "pile_rows": PILE_ROW,  # (contact capacity,)
+    "pile_moments": PILE_MOMENT,  # (contact capacity,)
     "pile_nodes": PILE_NODE,  # (bodies + 1,)
 }
 

@@ -326,6 +326,7 @@ class Storage:
             "solver_nodes": num_bodies + 1,
             "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
             "pile_rows": contacts,
+            "pile_moments": contacts,
             "pile_nodes": num_bodies + 1,
             "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),
         }

@@ -36,3 +36,25 @@ def law_residual(
         foot = (aim[0] + friction * slip) / (1.0 + friction**2)
         nearest = np.array([foot, *(friction * foot / slip * aim[1:])])
     return float(np.linalg.norm(impulse - nearest))
+
+
+def spin_response(row: Any, nodes: Any) -> NDArray[np.float64]:
+    """(3, 3) W_m of a contact's moment in the frame (normal, t1, t2)."""
+    frame = np.array([row["normal"], row["t1"], row["t2"]])
+    total = np.zeros((3, 3))
+    for node in (nodes[row["a"]], nodes[row["b"]]):
+        inertia = np.zeros((3, 3))
+        inertia[np.triu_indices(3)] = node["inverse_inertia"]
+        total += inertia + inertia.T - np.diag(np.diag(inertia))
+    return frame @ total @ frame.T
+
+
+def moment_residual(
+    rolling: float, torsion: float, scale: float, moment: NDArray[np.float64], spin: NDArray[np.float64]
+) -> float:
+    """|F| of a moment (normal, t1, t2): F = m - P(m - w / scale), P on |m_t| <= ``rolling``, |m_n| <= ``torsion``."""
+    aim = moment - spin / scale
+    length = np.hypot(aim[1], aim[2])
+    share = min(1.0, rolling / length) if length > 0.0 else 1.0
+    nearest = np.array([np.clip(aim[0], -torsion, torsion), share * aim[1], share * aim[2]])
+    return float(np.linalg.norm(moment - nearest))

@@ -6,9 +6,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from avalanche_gym.physics.solver.pile import law_error, prepare_response, push_bodies, relaxed
-from avalanche_gym.physics.solver.pile_memory import PILE_NODE, PILE_ROW
-from tests.oracles.pile_oracle import contact_response, law_residual
+from avalanche_gym.physics.solver.pile import law_error, relaxed
+from avalanche_gym.physics.solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
+from avalanche_gym.physics.solver.pile_moments import moment_error, prepare_moment, relax_moment
+from avalanche_gym.physics.solver.pile_response import prepare_response, push_bodies
+from tests.oracles.pile_oracle import contact_response, law_residual, moment_residual, spin_response
 
 
 def make(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -61,3 +63,32 @@ def test_an_impulse_moves_the_contact_by_its_response(seed: int) -> None:
     ]
     expected = contact_response(row, nodes) @ change
     assert np.allclose(frame @ (ends[1] - ends[0]), expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max())
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_repeated_steps_of_one_moment_reach_its_law(seed: int) -> None:
+    rows, nodes = make(seed)
+    row, moment = rows[0], np.zeros(1, PILE_MOMENT)[0]
+    generator = np.random.default_rng(seed + 1)
+    load = generator.uniform(0.0, 2.0)
+    row["impulse"][0] = row["total"][0] = load
+    moment["rolling"], moment["torsion"] = generator.uniform(0.0, 1.0, 2) * generator.integers(0, 2, 2)
+    moment["prescribed"] = generator.normal(size=3)
+    for node in nodes:
+        node["spin"] = generator.normal(size=3)
+    prepare_moment(row, moment, nodes)
+    response = spin_response(row, nodes)
+    assert np.isclose(moment["scale"], response.trace() / 3.0, rtol=1e-12)
+    assert moment["stiffness"] * np.linalg.eigvalsh(response)[-1] <= 1.0 + 1e-12
+    for _ in range(2000):
+        relax_moment(row, moment, nodes)
+    found = moment["impulse"].copy()
+    frame = np.array([row["normal"], row["t1"], row["t2"]])
+    spin = moment["prescribed"] + frame @ (nodes[1]["spin"] - nodes[0]["spin"])
+    limits = moment["rolling"] * load, moment["torsion"] * load
+    residual = moment_residual(*limits, moment["scale"], found, spin)
+    assert residual <= 1e-9 * (1.0 + np.linalg.norm(spin) / moment["scale"])
+    moment["total"] = found
+    error, _ = moment_error(row, moment, nodes)
+    assert np.isclose(np.sqrt(error / moment["scale"]), residual, atol=1e-12)

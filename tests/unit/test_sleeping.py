@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from avalanche_gym import physics
+from avalanche_gym.physics.scenes.piles import pile
 
 GRAVITY = 9.81
 
@@ -98,6 +99,16 @@ def test_nothing_sleeps_at_the_top_of_its_flight_nor_under_a_held_force() -> Non
         world.apply_force(2, (0.1, 0.0, 0.0))
         world.step(4)
     assert world.sleeping.tolist() == [[False, False, False, True]]
+
+
+def test_a_heap_with_rolling_friction_is_swept_while_it_falls_and_then_sleeps() -> None:
+    world = physics.World(pile(60, rolling_friction=0.005), options=physics.Options(time_step=1 / 60))
+    tiers = set()
+    for _ in range(12):
+        world.step(60)
+        tiers.add(world.report().tier[0])
+    assert "pile" in tiers
+    assert world.sleeping[0, 1:].all() and not world.linear_velocity.any()
 
 
 def test_a_body_that_may_not_sleep_keeps_its_island_awake() -> None:

@@ -3,8 +3,9 @@
 *Balance.* Flight adds gain = v_flown - v to the velocity of a body in a step, and its contacts take it away again. A
 body is still if it moves by less than a fraction of its size in a step, at both ends of the step, and what the
 contacts leave of the gain is small against it. So nothing sleeps at the top of its flight, however slow it is there.
-An island whose bodies have all been still for STILL_STEPS steps in a row falls asleep: velocities become exactly
-zero, and its contacts move to a table of their own, with the impulses that bear it.
+An island whose bodies have all been still for STILL_STEPS steps in a row (a crowd may have a few that were jolted
+since) falls asleep: velocities become exactly zero, and its contacts move to a table of their own, with the impulses
+that bear it.
 
 *Asleep.* Nothing of the island is flown, collided or solved; a world in which all sleeps does nothing in a step.
 
@@ -43,6 +44,9 @@ STILL_STEPS = 60
 STILL, BALANCED = 1e-8, 1e-6
 # The same for islands that the pile tier carries, whose bodies tremble as much as its sweeps leave undone.
 CROWD_STILL, CROWD_BALANCED = 4e-3, 0.1
+# There one body or another is jolted now and then. So few of them [share] hold up no other if they have been still for
+# these steps since: longer than what turns round on a slope of a few degrees is slow.
+LATE_SHARE, LATE_STEPS = 0.05, 15
 
 
 @kernel
@@ -173,8 +177,8 @@ def _note_still(header, bodies, states, flown, ends, rest):
         still = way <= CROWD_STILL * body.size and rest[index].barred == 0
         acts = vec3.norm_squared(vec3.load(state.force)) + vec3.norm_squared(vec3.load(state.torque))
         rest[index].still = rest[index].still + 1 if still and acts == 0.0 else 0
-        # Where the others were not ready, it is asked again when as many steps have passed.
-        enough = enough or (rest[index].still > 0 and rest[index].still % STILL_STEPS == 0)
+        # Where the others were not ready, it is asked again later.
+        enough = enough or (rest[index].still > 0 and rest[index].still % LATE_STEPS == 0)
     return enough
 
 
@@ -206,9 +210,11 @@ def settle(address, workspace_address, world, count):
     contacts = table(listed, workspace.contacts_size, CONTACT)
     parent = table(workspace.members, header.num_bodies, np.int64)
     size = table(workspace.bound, header.num_bodies, np.int64)
+    late = table(workspace.near, header.num_bodies, np.int64)
     for index in range(header.num_bodies):
         parent[index] = index
         size[index] = 0
+        late[index] = 0
     for index in range(count):
         a = contacts[index].body_a
         b = contacts[index].body_b
@@ -224,7 +230,10 @@ def settle(address, workspace_address, world, count):
             root = root_of(parent, index)
             crowd = abs(size[root]) >= LEAST_BODIES
             calm = _in_balance(header.time_step, bodies[index], states[index], flown[index], ends[index], crowd)
-            if rest[index].still < STILL_STEPS or not calm:
+            if rest[index].still < STILL_STEPS:
+                late[root] += 1
+            few = crowd and late[root] <= LATE_SHARE * abs(size[root])
+            if rest[index].still < (LATE_STEPS if few else STILL_STEPS) or not calm:
                 size[root] = -abs(size[root])
     for index in range(count):
         a = contacts[index].body_a

@@ -12,17 +12,9 @@ from ..contacts.prediction import SLACK, TOUCH, bears_load, surface_shift
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
-from ..solver.pile import (
-    go_on,
-    law_error,
-    pile_residual,
-    prepare_response,
-    remove_overlap,
-    substep,
-    to_local,
-    to_world,
-    warm_start,
-)
+from ..solver.pile import go_on, law_error, pile_residual, remove_overlap, substep, warm_start
+from ..solver.pile_moments import allowed, prepare_moment
+from ..solver.pile_response import prepare_response, to_local, to_world
 from ..solver.problem import RESERVED
 from .bodies import set_velocities, turned
 from .creep import CLOSING, SETTLED
@@ -95,10 +87,35 @@ def _velocity_in_flight(body, start, flown, arm):
 
 
 @kernel
+def _prepare_moment(bodies, flown, contact, share, row, moment, nodes):
+    """Fill the record of a contact's rolling and torsional friction; its row is filled already."""
+    moment.rolling = contact.rolling_friction
+    moment.torsion = contact.torsional_friction
+    prepare_moment(row, moment, nodes)
+    if moment.rolling == 0.0 and moment.torsion == 0.0:
+        moment.stiffness = 0.0
+        moment.scale = 0.0
+    spin = vec3.ZERO
+    if bodies[contact.body_a].motion != DYNAMIC:
+        spin = vec3.sub(spin, vec3.load(flown[contact.body_a].angular_velocity))
+    if bodies[contact.body_b].motion != DYNAMIC:
+        spin = vec3.add(spin, vec3.load(flown[contact.body_b].angular_velocity))
+    vec3.store(moment.prescribed, to_local(row, spin))
+    vec3.store(moment.total, vec3.ZERO)
+    turn = vec3.ZERO
+    if moment.stiffness > 0.0:
+        turn = allowed(moment, row.impulse[0], vec3.scale(share, to_local(row, vec3.load(contact.moment))))
+    vec3.store(moment.impulse, turn)
+
+
+@kernel
 def prepare_contacts(
-    bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, nodes, index
+    bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, moments, nodes, index
 ):
-    """Fill the rows of the island's contacts; return what free motion violates (solver/residual.py)."""
+    """Fill the rows of the island's contacts, and their moments where the scene has any.
+
+    Returns what free motion violates (solver/residual.py).
+    """
     violation = 0.0
     share = 1.0 / substeps
     for number in range(first, last):
@@ -155,10 +172,24 @@ def prepare_contacts(
         ratio = min(1.0, contact.friction * load / slip) if slip > 0.0 else 0.0
         vec3.store(row.impulse, (share * load, share * ratio * impulse[1], share * ratio * impulse[2]))
         vec3.store(row.total, vec3.ZERO)
+        if moments.shape[0] > 0:
+            _prepare_moment(bodies, flown, contact, share, row, moments[number - first], nodes)
         free = to_local(row, free)
         error, _ = law_error(row, vec3.ZERO, (free[0] + max(row.open, 0.0) / time_step + row.bias, free[1], free[2]))
         violation += error
     return math.sqrt(violation)
+
+
+@kernel
+def _end_moment(contact, row, moments, number, nodes):
+    """The moment of the whole step to the contact and to the sums of its bodies."""
+    turn = vec3.ZERO
+    if moments.shape[0] > 0:
+        turn = to_world(row, vec3.load(moments[number].total))
+        node_a, node_b = nodes[row.a], nodes[row.b]
+        vec3.store(node_a.moment, vec3.sub(vec3.load(node_a.moment), turn))
+        vec3.store(node_b.moment, vec3.add(vec3.load(node_b.moment), turn))
+    vec3.store(contact.moment, turn)
 
 
 @kernel
@@ -176,6 +207,7 @@ def end_pile(
     first_body,
     last_body,
     rows,
+    moments,
     nodes,
     ends,
 ):
@@ -190,7 +222,7 @@ def end_pile(
         vec3.store(node_a.moment, vec3.sub(vec3.load(node_a.moment), vec3.cross(vec3.load(row.arm_a), impulse)))
         vec3.store(node_b.moment, vec3.add(vec3.load(node_b.moment), vec3.cross(vec3.load(row.arm_b), impulse)))
         vec3.store(contact.impulse, impulse)
-        vec3.store(contact.moment, vec3.ZERO)
+        _end_moment(contact, row, moments, number - first, nodes)
         vec3.store(contact.turning, vec3.ZERO)
         vec3.store(contact.creep, vec3.ZERO)
         contact.sticks = 0
@@ -230,8 +262,8 @@ def _rests(contacts, order, first, last):
 
 @kernel
 def certify_pile_island(
-    bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, rows, nodes,
-    index, ends, tolerance,
+    bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, rows, moments,
+    nodes, index, ends, tolerance,
 ):  # fmt: skip
     """Where the impulses of the last step solve this one and nothing moves: the island's bodies to the end of the step.
 
@@ -243,14 +275,16 @@ def certify_pile_island(
     num_bodies = last_body - first_body
     prepare_bodies(bodies, starts, flown, members, first_body, last_body, 1, nodes, index)
     violation = prepare_contacts(
-        bodies, starts, flown, time_step, 1, contacts, order, first, last, num_bodies, rows, nodes, index
+        bodies, starts, flown, time_step, 1, contacts, order, first, last, num_bodies, rows, moments, nodes, index
     )
-    warm_start(rows, nodes, num_contacts, num_bodies)
+    warm_start(rows, moments, nodes, num_contacts, num_bodies)
     for number in range(num_contacts):
         row = rows[number]
         row.bias = max(row.open, 0.0) / time_step
         vec3.store(row.total, vec3.load(row.impulse))
-    residual = pile_residual(rows, nodes, num_contacts, violation)
+        if moments.shape[0] > 0:
+            vec3.store(moments[number].total, vec3.load(moments[number].impulse))
+    residual = pile_residual(rows, moments, nodes, num_contacts, violation)
     if not residual <= tolerance:
         return -1.0
     for number in range(first_body, last_body):
@@ -268,6 +302,8 @@ def certify_pile_island(
     for number in range(first, last):
         contact = contacts[order[number]]
         vec3.store(contact.impulse, to_world(rows[number - first], vec3.load(rows[number - first].total)))
+        if moments.shape[0] > 0:
+            vec3.store(contact.moment, to_world(rows[number - first], vec3.load(moments[number - first].total)))
         vec3.store(contact.turning, vec3.ZERO)
         contact.sticks = contact.stuck
         # ``position``, ``normal`` and ``gap`` are those of the start, and nothing has moved.
@@ -277,27 +313,28 @@ def certify_pile_island(
 @kernel
 def step_pile_island(
     bodies, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body,
-    rows, nodes, index, ends,
+    rows, moments, nodes, index, ends,
 ):  # fmt: skip
     """Advance the bodies of one island to the end of the step; return the residual of their contacts."""
     num_contacts = last - first
     num_bodies = last_body - first_body
     prepare_bodies(bodies, starts, flown, members, first_body, last_body, substeps, nodes, index)
     violation = prepare_contacts(
-        bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, nodes, index
-    )
-    warm_start(rows, nodes, num_contacts, num_bodies)
+        bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, moments, nodes,
+        index,
+    )  # fmt: skip
+    warm_start(rows, moments, nodes, num_contacts, num_bodies)
     for number in range(substeps):
         if number > 0:
             go_on(nodes, num_bodies)
-        substep(rows, nodes, num_contacts, num_bodies, time_step / substeps)
+        substep(rows, moments, nodes, num_contacts, num_bodies, time_step / substeps)
     size = math.inf
     for number in range(first, last):
         size = min(size, contacts[order[number]].size)
-    residual = pile_residual(rows, nodes, num_contacts, violation)
+    residual = pile_residual(rows, moments, nodes, num_contacts, violation)
     remove_overlap(rows, nodes, num_contacts, time_step, SLACK * size)
     end_pile(
         bodies, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body,
-        rows, nodes, ends,
+        rows, moments, nodes, ends,
     )  # fmt: skip
     return residual

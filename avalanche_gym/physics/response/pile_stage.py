@@ -19,7 +19,7 @@ from ..maths import vec3
 from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
 from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, TO_IMPACT
 from ..solver.exact import CERTIFIED, WARM_BUDGET
-from ..solver.pile_memory import PILE_NODE, PILE_ROW
+from ..solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
 from .pile import certify_pile_island, step_pile_island
 from .stillness import let_rest
 
@@ -102,7 +102,7 @@ def step_pile(address, workspace_address, world, island):
     workspace = workspace_at(workspace_address)
     first_body = _entry(workspace.body_starts, island)
     last_body = _entry(workspace.body_starts, island + 1)
-    if last_body - first_body < LEAST_BODIES or header.moments == 1:
+    if last_body - first_body < LEAST_BODIES:
         return 0
     if workspace.part == TO_IMPACT or workspace.span != header.time_step:
         return 0
@@ -116,6 +116,7 @@ def step_pile(address, workspace_address, world, island):
     order = table(workspace.order, workspace.order_size, np.int64)
     members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
     rows = table(workspace.pile_rows, workspace.pile_rows_size, PILE_ROW)
+    moments = table(workspace.pile_moments, workspace.pile_moments_size if header.moments == 1 else 0, PILE_MOMENT)
     nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
     index = table(workspace.solver_index, workspace.solver_index_size, np.int64)
     num_bodies = last_body - first_body
@@ -128,7 +129,7 @@ def step_pile(address, workspace_address, world, island):
     if quiet:
         residual = certify_pile_island(
             bodies, starts, flown, workspace.span, contacts, order, first, last, members, first_body, last_body, rows,
-            nodes, index, ends, CERTIFIED * header.tolerance,
+            moments, nodes, index, ends, CERTIFIED * header.tolerance,
         )  # fmt: skip
         if residual >= 0.0:
             sums = table(workspace.sums, (header.num_bodies, 6), np.float64)
@@ -146,7 +147,7 @@ def step_pile(address, workspace_address, world, island):
         return 0
     residual = step_pile_island(
         bodies, starts, flown, workspace.span, header.substeps, contacts, order, first, last, members, first_body,
-        last_body, rows, nodes, index, ends,
+        last_body, rows, moments, nodes, index, ends,
     )  # fmt: skip
     worst = measure_end(starts, ends, contacts, order, first, last)
     table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD

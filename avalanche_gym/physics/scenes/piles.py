@@ -111,12 +111,15 @@ def pile_terrain() -> HeightField:
     return HeightField(heights, (PILE_SIDE, PILE_SIDE))
 
 
-def pile(count: int) -> Scene:
-    """Mixed bodies, spheres, boxes and capsules in turn, that fall in layers into a hollow of rippled terrain."""
+def pile(count: int, rolling_friction: float = 0.0) -> Scene:
+    """Mixed bodies, spheres, boxes and capsules in turn, that fall in layers into a hollow of rippled terrain.
+
+    Without ``rolling_friction`` [m] some ball rolls on in its ripple, and no more is heard of it for minutes.
+    """
     generator = np.random.default_rng(count)
     scene = Scene()
     scene.add_field(UniformGravity((0.0, 0.0, -GRAVITY)))
-    material = Material(friction=0.6)
+    material = Material(friction=0.6, rolling_friction=rolling_friction)
     scene.add_body(pile_terrain(), motion="static", material=material)
     size = 0.1 if count <= 100 else 0.06
     columns = 5 if count <= 100 else 8

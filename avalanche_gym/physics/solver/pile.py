@@ -25,6 +25,8 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .cone import project
+from .pile_moments import moment_error, relax_moment, turn_bodies
+from .pile_response import contact_velocity, normal_velocity, push_bodies, relative_velocity, respond
 
 # Share of an overlap that a step removes, by so many sweeps. More at a time lifts piles; fewer leave them deeper.
 SHARE, POSITION_SWEEPS = 0.3, 3
@@ -32,115 +34,6 @@ SHARE, POSITION_SWEEPS = 0.3, 3
 MOST_POSITION_SWEEPS = 12
 # Sweeps that take out all of the overlap.
 MOST_PARTING_SWEEPS = 40
-
-
-@kernel
-def respond(node, moment):
-    """I^-1 times a moment, world frame."""
-    m = node.inverse_inertia
-    return (
-        m[0] * moment[0] + m[1] * moment[1] + m[2] * moment[2],
-        m[1] * moment[0] + m[3] * moment[1] + m[4] * moment[2],
-        m[2] * moment[0] + m[4] * moment[1] + m[5] * moment[2],
-    )
-
-
-@kernel
-def prepare_response(row, nodes):
-    """W of a contact, its inverse, and the length of its sliding steps; return trace(W) / 3."""
-    node_a = nodes[row.a]
-    node_b = nodes[row.b]
-    normal = vec3.load(row.normal)
-    t1 = vec3.load(row.t1)
-    t2 = vec3.load(row.t2)
-    arm_a = vec3.load(row.arm_a)
-    arm_b = vec3.load(row.arm_b)
-    a_n, a_1, a_2 = vec3.cross(arm_a, normal), vec3.cross(arm_a, t1), vec3.cross(arm_a, t2)
-    b_n, b_1, b_2 = vec3.cross(arm_b, normal), vec3.cross(arm_b, t1), vec3.cross(arm_b, t2)
-    ia_n, ia_1, ia_2 = respond(node_a, a_n), respond(node_a, a_1), respond(node_a, a_2)
-    ib_n, ib_1, ib_2 = respond(node_b, b_n), respond(node_b, b_1), respond(node_b, b_2)
-    direct = node_a.inverse_mass + node_b.inverse_mass
-    nn = direct + vec3.dot(a_n, ia_n) + vec3.dot(b_n, ib_n)
-    n1 = vec3.dot(a_1, ia_n) + vec3.dot(b_1, ib_n)
-    n2 = vec3.dot(a_2, ia_n) + vec3.dot(b_2, ib_n)
-    w11 = direct + vec3.dot(a_1, ia_1) + vec3.dot(b_1, ib_1)
-    w12 = vec3.dot(a_2, ia_1) + vec3.dot(b_2, ib_1)
-    w22 = direct + vec3.dot(a_2, ia_2) + vec3.dot(b_2, ib_2)
-    local = row.local
-    local[0], local[1], local[2], local[3], local[4], local[5] = nn, n1, n2, w11, w12, w22
-    c0 = w11 * w22 - w12 * w12
-    c1 = n2 * w12 - n1 * w22
-    c2 = n1 * w12 - n2 * w11
-    determinant = nn * c0 + n1 * c1 + n2 * c2
-    # Where nothing can move no impulse changes anything: such a contact carries none.
-    factor = 1.0 / determinant if determinant > 0.0 else 0.0
-    inverse = row.inverse
-    inverse[0], inverse[1], inverse[2] = factor * c0, factor * c1, factor * c2
-    inverse[3] = factor * (nn * w22 - n2 * n2)
-    inverse[4] = factor * (n1 * n2 - nn * w12)
-    inverse[5] = factor * (nn * w11 - n1 * n1)
-    largest = 0.5 * (w11 + w22) + math.sqrt(0.25 * (w11 - w22) ** 2 + w12 * w12)
-    row.slide = 1.0 / largest if largest > 0.0 else 0.0
-    return (nn + w11 + w22) / 3.0
-
-
-@kernel
-def to_world(row, vector):
-    """From the frame of a contact to the world."""
-    normal = row.normal
-    t1 = row.t1
-    t2 = row.t2
-    return (
-        vector[0] * normal[0] + vector[1] * t1[0] + vector[2] * t2[0],
-        vector[0] * normal[1] + vector[1] * t1[1] + vector[2] * t2[1],
-        vector[0] * normal[2] + vector[1] * t1[2] + vector[2] * t2[2],
-    )
-
-
-@kernel
-def to_local(row, vector):
-    """From the world to the frame of a contact."""
-    return (
-        vec3.dot(vec3.load(row.normal), vector),
-        vec3.dot(vec3.load(row.t1), vector),
-        vec3.dot(vec3.load(row.t2), vector),
-    )
-
-
-@kernel
-def relative_velocity(row, nodes):
-    """Velocity of b against a at a contact, world frame, without what is prescribed."""
-    node_a = nodes[row.a]
-    node_b = nodes[row.b]
-    change = vec3.sub(vec3.load(node_b.velocity), vec3.load(node_a.velocity))
-    change = vec3.add(change, vec3.cross(vec3.load(node_b.spin), vec3.load(row.arm_b)))
-    return vec3.sub(change, vec3.cross(vec3.load(node_a.spin), vec3.load(row.arm_a)))
-
-
-@kernel
-def contact_velocity(row, nodes):
-    """u of a contact in its own frame, without bias."""
-    return vec3.add(to_local(row, relative_velocity(row, nodes)), vec3.load(row.prescribed))
-
-
-@kernel
-def normal_velocity(row, nodes):
-    """u_n of a contact, without bias."""
-    return vec3.dot(vec3.load(row.normal), relative_velocity(row, nodes)) + row.prescribed[0]
-
-
-@kernel
-def push_bodies(row, nodes, change):
-    """Add the velocities that an impulse [N s], frame of the contact, makes."""
-    impulse = to_world(row, change)
-    node_a = nodes[row.a]
-    node_b = nodes[row.b]
-    turn = respond(node_a, vec3.cross(vec3.load(row.arm_a), impulse))
-    vec3.store(node_a.velocity, vec3.add_scaled(vec3.load(node_a.velocity), -node_a.inverse_mass, impulse))
-    vec3.store(node_a.spin, vec3.sub(vec3.load(node_a.spin), turn))
-    turn = respond(node_b, vec3.cross(vec3.load(row.arm_b), impulse))
-    vec3.store(node_b.velocity, vec3.add_scaled(vec3.load(node_b.velocity), node_b.inverse_mass, impulse))
-    vec3.store(node_b.spin, vec3.add(vec3.load(node_b.spin), turn))
 
 
 @kernel
@@ -169,8 +62,11 @@ def relaxed(row, old, u_n, u_1, u_2):
 
 
 @kernel
-def warm_start(rows, nodes, num_contacts, num_bodies):
-    """Velocities after the first substep's flight under the impulses of the last step."""
+def warm_start(rows, moments, nodes, num_contacts, num_bodies):
+    """Velocities after the first substep's flight under the impulses of the last step.
+
+    ``moments`` has a record for each row where the scene has rolling or torsional friction, else none; so everywhere.
+    """
     for i in range(num_bodies):
         node = nodes[i]
         vec3.store(node.before, vec3.load(node.velocity))
@@ -181,6 +77,9 @@ def warm_start(rows, nodes, num_contacts, num_bodies):
         row = rows[i]
         if row.impulse[0] != 0.0:
             push_bodies(row, nodes, vec3.load(row.impulse))
+    for i in range(min(num_contacts, moments.shape[0])):
+        if moments[i].stiffness > 0.0:
+            turn_bodies(rows[i], nodes, vec3.load(moments[i].impulse))
 
 
 @kernel
@@ -196,7 +95,7 @@ def go_on(nodes, num_bodies):
 
 
 @kernel
-def substep(rows, nodes, num_contacts, num_bodies, time_step):
+def substep(rows, moments, nodes, num_contacts, num_bodies, time_step):
     """One sweep; then gaps and bodies advance by a substep [s]."""
     for i in range(num_contacts):
         row = rows[i]
@@ -212,6 +111,8 @@ def substep(rows, nodes, num_contacts, num_bodies, time_step):
             vec3.store(row.impulse, new)
             vec3.store(row.total, vec3.add(vec3.load(row.total), new))
             push_bodies(row, nodes, vec3.sub(new, old))
+        if moments.shape[0] > 0:
+            relax_moment(row, moments[i], nodes)
     for i in range(num_contacts):
         row = rows[i]
         if row.lasting == 0:
@@ -300,7 +201,7 @@ def law_error(row, impulse, velocity):
 
 
 @kernel
-def pile_residual(rows, nodes, num_contacts, violation):
+def pile_residual(rows, moments, nodes, num_contacts, violation):
     """Relative residual of the impulses ``total`` with the velocities of the nodes; ``violation``: that of flight."""
     squares = 0.0
     impulses = 0.0
@@ -311,5 +212,9 @@ def pile_residual(rows, nodes, num_contacts, violation):
         error, scale = law_error(row, total, (velocity[0] + row.bias, velocity[1], velocity[2]))
         squares += error
         impulses += scale * vec3.norm_squared(total)
+        if moments.shape[0] > 0:
+            error, size = moment_error(row, moments[i], nodes)
+            squares += error
+            impulses += size
     size = max(violation, math.sqrt(impulses))
     return math.sqrt(squares) / size if size > 0.0 else 0.0

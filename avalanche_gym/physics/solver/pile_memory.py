@@ -33,6 +33,19 @@ PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are 
     align=True,
 )
 
+PILE_MOMENT = np.dtype(  # (contacts of the island,) rolling and torsional friction; vectors as in PILE_ROW
+    [
+        ("rolling", np.float64),  # [m]
+        ("torsion", np.float64),  # [m]
+        ("stiffness", np.float64),  # [kg m^2] of a step that cannot overshoot; 0: the contact has no moment
+        ("scale", np.float64),  # [1/(kg m^2)] mean response, for the residual
+        ("prescribed", np.float64, 3),  # [rad/s] relative angular velocity of what is not dynamic
+        ("impulse", np.float64, 3),  # [N m s] of the present substep
+        ("total", np.float64, 3),  # [N m s] of the step
+    ],
+    align=True,
+)
+
 PILE_NODE = np.dtype(  # (dynamic bodies of the island + 1,); the last one stands for all that cannot be moved
     [
         ("inverse_mass", np.float64),  # [1/kg]
