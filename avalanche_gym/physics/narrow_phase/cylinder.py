@@ -28,8 +28,12 @@ FLAT_CAP = 1e-6
 # A point of the rim is lower than a fixed one if it is so by this fraction of the radius.
 CLEARLY_LOWER = 1e-10
 
+# The lowest point of a flat cap is one of so many of its rim: a tilt of nearly nothing says in as few digits where it
+# is, and what slides on it would go by those. It is too high by 1.2e-3 of the radius times the tilt at most.
+RIM_POINTS = 64
+
 # Features: the lower end of a lying cylinder or of a tilted cap (0 at -z, 1 at +z), then the other points of the rim.
-TILTED_RIM, FLAT_RIM = 2, 16
+TILTED_RIM, FLAT_RIM, LOWEST_OF_FLAT = 2, 16, 32
 
 
 @kernel
@@ -73,23 +77,28 @@ def rim_direction(local, k):
     """Direction (x, y) of point k of a rim for a unit direction in the cylinder's frame, and its feature.
 
     Tilted: 0 is the furthest point in that direction, the others follow in quarter turns; k = 4 there is none. Flat: 0
-    to 3 are fixed, and 4 is the furthest point.
+    to 3 are fixed, and 4 is the furthest of RIM_POINTS.
     """
     tilt = math.sqrt(local[0] * local[0] + local[1] * local[1])
     end = 1 if local[2] > 0.0 else 0
     x, y = 1.0, 0.0
     feature = end
-    if tilt > FLAT_CAP or (k == 4 and tilt > 0.0):
+    if k == 4:
+        turn = 2.0 * math.pi / RIM_POINTS
+        number = int(math.floor(math.atan2(local[1], local[0]) / turn + 0.5)) % RIM_POINTS
+        x, y = math.cos(number * turn), math.sin(number * turn)
+        feature = LOWEST_OF_FLAT + RIM_POINTS * end + number
+    elif tilt > FLAT_CAP:
         x, y = local[0] / tilt, local[1] / tilt
-        if k % 4 > 0:
+        if k > 0:
             feature = TILTED_RIM + 4 * end + k
-    elif k < 4:
+    else:
         feature = FLAT_RIM + 4 * end + k
-    if k % 4 == 1:
+    if k == 1:
         x, y = -y, x
-    elif k % 4 == 2:
+    elif k == 2:
         x, y = -x, -y
-    elif k % 4 == 3:
+    elif k == 3:
         x, y = y, -x
     return x, y, feature, tilt
 

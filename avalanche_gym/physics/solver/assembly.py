@@ -19,9 +19,10 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .elimination import position_at, rows_at, start_at
-from .linearisation import OPEN, SLIP, linearise
+from .linearisation import linearise
 from .problem import load_matrix
 from .response import add_impulse, clear
+from .workspace import OPEN, SLIP
 
 # Blocks behind the factorisation in which sums and products are made.
 SCRATCH_BLOCKS = 2

@@ -181,6 +181,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 best,
                 delta,
                 min(budget, max_iterations - spent),
+                fresh,
             )
             spent += used
             if solved:

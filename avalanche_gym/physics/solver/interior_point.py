@@ -30,10 +30,11 @@ from . import lorentz
 from .assembly import assemble_matrix, set_right_side, set_velocities
 from .factorisation import factorise, solve
 from .iterate import keep_best, restore_best
-from .linearisation import OPEN, STICK, add_matrices, outer
+from .linearisation import add_matrices, outer
 from .problem import load_matrix
 from .residual import evaluate
 from .response import add_impulse, clear, relative_velocity
+from .workspace import OPEN, STICK
 
 # Part of the way to the surface of the cone that a step may go.
 FRACTION = 0.99

@@ -24,8 +24,8 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .residual import load_on
-
-OPEN, STICK, SLIP = 0, 1, 2
+from .sharing import SPARED, approach
+from .workspace import OPEN, SLIP, STICK
 
 
 @kernel
@@ -120,16 +120,17 @@ def linearise(rows, row, delta):
     z_n = vec3.dot(z, normal)
     # A contact that just touches and bears nothing counts as closed: in a stack that starts to fall all but the lowest
     # are like that, and would otherwise be found one a step.
-    if z_n < 0.0:
+    if z_n < 0.0 or row.shared == SPARED:
         return OPEN, vec3.scale(-1.0 / (1.0 + delta), impulse), zero
     k = rho / delta
     z_t = vec3.add_scaled(z, -z_n, normal)
     length = math.sqrt(vec3.norm_squared(z_t))
     if friction > 0.0 and length <= friction * z_n:
-        return STICK, vec3.scale(-k, velocity), (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k)
+        pace = vec3.add_scaled(velocity, approach(row) - vec3.dot(velocity, normal), normal)
+        return STICK, vec3.scale(-k, pace), (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k)
     impulse_n = vec3.dot(impulse, normal)
     impulse_t = vec3.add_scaled(impulse, -impulse_n, normal)
-    velocity_n = vec3.dot(velocity, normal)
+    velocity_n = approach(row)
     along_normal = vec3.scale(-k * velocity_n, normal)
     if friction == 0.0 or length == 0.0:
         return SLIP, vec3.add_scaled(along_normal, -1.0 / (1.0 + delta), impulse_t), outer(k, normal, normal)

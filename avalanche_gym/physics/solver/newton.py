@@ -21,10 +21,11 @@ from ..maths import mat3, vec3
 from .assembly import assemble_matrix, linearise_rows, set_right_side, set_velocities
 from .factorisation import factorise, solve
 from .iterate import keep_accepted, keep_best, restore_accepted
-from .linearisation import OPEN
 from .problem import load_matrix
 from .residual import evaluate
 from .response import relative_velocity
+from .sharing import agree_on_shares, part, share_loads
+from .workspace import OPEN
 
 # A step counts as accepted if it falls below this part of the largest of the last five accepted residuals.
 ACCEPT = 0.999
@@ -55,6 +56,7 @@ def newton(
     best,
     delta,
     budget,
+    shares,
 ):
     """Iterate from the present impulses, just evaluated, until solved, stalled, or ``budget`` factorisations are spent.
 
@@ -63,6 +65,7 @@ def newton(
         present: residual of the present impulses.
         best: smallest residual so far; its impulses are in ``rows.best``.
         delta: proximal weight to begin with.
+        shares: whether loads that the law does not divide are shared (solver/sharing.py).
 
     Returns:
         best residual, factorisations spent, whether it is solved to ``tolerance`` or to round-off. If it is, the last
@@ -82,6 +85,7 @@ def newton(
     while spent < budget and not solved:
         if on_trial == 0:
             keep_accepted(rows, num_contacts)
+        sharing = shares and agree_on_shares(rows, num_contacts, num_bodies, tolerance)
         symmetric = linearise_rows(rows, nodes, num_contacts, num_bodies, delta)
         assemble_matrix(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, symmetric)
         factorise(blocks, index, num_bodies, num_handles, slots, symmetric)
@@ -100,6 +104,8 @@ def newton(
             else:
                 vec3.store(row.dx, vec3.load(row.impulse))
             vec3.store(row.impulse, vec3.add(vec3.load(row.impulse), step))
+        if sharing:
+            share_loads(rows, num_contacts)
         trial, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
         spent += 1
         since_mark += 1
@@ -129,4 +135,5 @@ def newton(
             delta = min(GROW * delta, 1.0)
             restore_accepted(rows, num_contacts)
             evaluate(rows, nodes, num_contacts, num_bodies, violation)
+    part(rows, num_contacts)
     return best, spent, solved

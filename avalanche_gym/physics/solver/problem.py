@@ -106,6 +106,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         row.a = a
         row.b = b
         row.of = -1
+        row.shared = 0
         row.friction = contact.friction
         row.scale = scale
         row.speed = _squares(state_a, arm_a) + _squares(state_b, arm_b)

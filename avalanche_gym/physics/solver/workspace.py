@@ -16,6 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
+# ``row.status``: what a contact does in a Newton step.
+OPEN, STICK, SLIP = 0, 1, 2
+
 ROW = np.dtype(  # (contacts of the island,)
     [
         ("a", np.int64),  # node of body a
@@ -37,7 +40,10 @@ ROW = np.dtype(  # (contacts of the island,)
         ("velocity", np.float64, 3),  # u = G y + w [m/s]
         ("accepted", np.float64, 3),  # r before the step that is on trial
         ("best", np.float64, 3),  # r of the smallest residual so far
-        ("status", np.int64),  # OPEN, STICK or SLIP (solver/linearisation.py)
+        ("status", np.int64),  # OPEN, STICK or SLIP
+        ("shared", np.int64),  # part in the sharing of loads (solver/sharing.py)
+        ("share", np.float64),  # [N s] or [m/s] of it, in between
+        ("basis", np.float64, 6),  # row of Q
         ("coupling", np.float64, 3),  # of a moment: what it gains per normal impulse of its contact [m]
         ("offset", np.float64, 3),  # A of the Newton step dr = A - B du [N s]
         ("stiffness", np.float64, 9),  # B [kg]
