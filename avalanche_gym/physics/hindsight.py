@@ -7,6 +7,7 @@ body that turns by an angle a within the step shows another face, off by
     1/2 a^2 sqrt(radius^2 - inner^2),
 
 for turning moves a surface point p along its normal n by |a x p . n| <= |a| |p x n|; |p| <= radius, p . n >= inner.
+And of a mesh not all contacts are known: its vertices go with the faces that they are over, and slide on to others.
 Around such bodies the narrow phase is asked again, with all bodies at the end of the step, and the places of the bodies
 are swept apart in the metric of their masses (solver/pile.py). No velocity is added: what still approaches is met by
 the contacts of the next step.
@@ -23,7 +24,7 @@ from .contacts.prediction import SLACK, turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
-from .model import BODY_STATE, CAPSULE, CONTACT, CONTACTS_FULL, CYLINDER, DYNAMIC, OK, PAIRS_FULL
+from .model import BODY_STATE, CAPSULE, CONTACT, CONTACTS_FULL, CYLINDER, DYNAMIC, MESH, OK, PAIRS_FULL
 from .narrow_phase.collide import collide_bodies
 from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
@@ -55,7 +56,8 @@ def part_overlaps(address, workspace_address, world, count):
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     marks = table(workspace.members, header.num_bodies, np.int64)
-    if not _mark_strays(header, workspace, world, marks):
+    strays = _mark_strays(header, workspace, world, marks)
+    if not _mark_sliders(header, workspace, world, count, marks) and not strays:
         return OK
     looked_at = table(workspace.waits, header.num_bodies, np.int64)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
@@ -113,6 +115,39 @@ def _mark_strays(header, workspace, world, marks):
         if strays:
             marks[index] = 1
             found = True
+    return found
+
+
+@kernel
+def _mark_sliders(header, workspace, world, count, marks):
+    """Mark the bodies of meshes that touch and move; return whether there are any.
+
+    Of a mesh twelve contacts are known, each with the face that its vertex is over, and a vertex that slides across a
+    concave bend meets the next face.
+    """
+    bodies = bodies_of(header, world)
+    states = states_of(header, world)
+    colliders = colliders_of(header)
+    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
+    contacts = table(workspace.kept if workspace.waiting > 0 else workspace.contacts, workspace.contacts_size, CONTACT)
+    found = False
+    for index in range(count):
+        contact = contacts[index]
+        pair = contact.pair
+        i = pair // colliders.shape[0]
+        j = pair - i * colliders.shape[0]
+        if colliders[i].shape != MESH and colliders[j].shape != MESH:
+            continue
+        for side in range(2):
+            handle = contact.body_a if side == 0 else contact.body_b
+            if bodies[handle].motion != DYNAMIC or marks[handle] == 1:
+                continue
+            way = vec3.norm(vec3.sub(vec3.load(ends[handle].center), vec3.load(states[handle].center)))
+            turn = max(_turning(header, bodies[handle], states[handle]), _turning(header, bodies[handle], ends[handle]))
+            way += bodies[handle].radius * header.time_step * math.sqrt(turn)
+            if way > SHALLOW * contact.size:
+                marks[handle] = 1
+                found = True
     return found
 
 

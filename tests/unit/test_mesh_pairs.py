@@ -8,6 +8,7 @@ from avalanche_gym.physics.narrow_phase.mesh_pieces import NEAR_MARGIN
 from avalanche_gym.physics.shapes import TriangleMesh
 from avalanche_gym.physics.shapes.icosphere import icosphere
 from avalanche_gym.physics.shapes.planet import bumpy_planet
+from avalanche_gym.physics.shapes.rabbit import rabbit
 from avalanche_gym.physics.shapes.ring_solids import gear, torus
 from avalanche_gym.physics.shapes.thread import Thread, bolt, nut
 from tests.oracles import mesh_oracle as oracle
@@ -181,3 +182,53 @@ def test_a_mesh_meets_a_smooth_field_where_the_two_are_nearest(seed):
     falls = ((0.0, 0.0, 0.0), (0.0, 0.0, -2e-3), (0.0, 0.0, 0.0))
     moving = oracle.smooth_mesh_contacts(field, solid, place, 4e-3, motion=2e-3, path=falls, loose=0.0)
     assert moving["gap"].min() == still["gap"].min()
+
+
+THREAD = Thread(0.03, 0.012, 0.006)
+WEDGED = {
+    # The rim of a tooth and a corner of a nut cut each other's wedge, the way out almost along a side of the tooth.
+    "tooth in a nut": (
+        gear(0.1, 0.05), nut(THREAD, 2, clearance=1e-3), (-0.10125, -0.01833, 0.07167), (1.69455, 0.31157, 0.13527)
+    ),
+    # A tube lies on the rim of a hole: the wall of the hole is nearer than the face, but not what it came through.
+    "tube on a hole": (torus(0.1, 0.03), gear(0.1, 0.05), (0.00915, 0.14487, -0.03588), (0.44984, -0.02029, -0.33544)),
+}  # fmt: skip
+
+
+def deepest(one, place, other, place_of_other):
+    """[m] of the vertices and middles of edges of a mesh inside another one."""
+    triangles, own = oracle.placed(other, place_of_other), oracle.placed(one, place)
+    points = np.unique(np.concatenate([own.reshape(-1, 3), oracle.edges(own).mean(axis=1)]), axis=0)
+    points = points[((points > triangles.min((0, 1))) & (points < triangles.max((0, 1)))).all(axis=1)]
+    parts = np.array_split(points, len(points) // 200 + 1)
+    inside = np.concatenate([part[oracle.is_inside(part, triangles)] for part in parts])
+    return oracle.distances(inside, triangles).max(initial=0.0) if len(inside) else 0.0
+
+
+@pytest.mark.parametrize("name", WEDGED)
+def test_the_deepest_contact_leads_out(name):
+    """Even with a margin far below the depth: what a step failed to stop does not stay where it is."""
+    first, second, position, turn = WEDGED[name]
+    place = (np.array(position), Rotation.from_rotvec(turn).as_matrix())
+    contacts = oracle.meshes_contacts(first, oracle.IDENTITY, second, place, 5e-4)
+    contact = contacts[contacts["gap"].argmin()]
+    deep = deepest(first, oracle.IDENTITY, second, place)
+    assert deep > 1e-3 and -2.5 * deep < contact["gap"] < -0.9 * deep
+    moved = (place[0] - contact["gap"] * contact["normal"], place[1])
+    assert deepest(first, oracle.IDENTITY, second, moved) < 1e-9
+    assert deepest(second, moved, first, oracle.IDENTITY) < 1e-9
+
+
+def test_what_touches_is_kept_beside_what_strikes_elsewhere():
+    """A rabbit stands on one foot and comes down with another: a vertex beside the first, still open, does not do."""
+    solid = rabbit(0.2)
+    field = terrain_oracle.height_field(0.1 * np.random.default_rng(7).random((21, 21)), (4.0, 4.0))
+    rotation = Rotation.from_quat([0.729333, -0.307621, 0.28002, -0.543168]).as_matrix()
+    place = (np.array([0.100214, 0.038277, 0.113465]), rotation)
+    place[0][2] -= oracle.field_mesh_contacts(field, solid, place, 1e-3)["gap"].min()
+    center = place[0] + rotation @ solid.mass_properties().center
+    turn, velocity = np.array([3.24, 1.154, 0.759]) / 240, np.array([0.3504, -0.0919, -0.2197])
+    shift = velocity / 240 + np.cross(turn, center - place[0]) - np.array([0.0, 0.0, 9.81 / 240**2])
+    path = (tuple(center), tuple(shift), tuple(turn))
+    contacts = oracle.field_mesh_contacts(field, solid, place, 3.9e-3, motion=3.4e-3, path=path, loose=1.4e-5)
+    assert contacts["gap"].min() < 1e-6

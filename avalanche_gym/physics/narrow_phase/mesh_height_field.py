@@ -116,7 +116,9 @@ def _leaf_on_facets(vertices, faces, nodes, node, origin, axes, grid, heights, r
             count = vertices_beside_edges(vertices, axes, listed, end, scratch, count)
             if turn == 0:
                 no_mesh = (vertices[:0], faces[:0], nodes[:0])
-                count = edges_of_leaf(vertices, faces, node, origin, axes, second, no_mesh, False, end, scratch, count)
+                count = edges_of_leaf(
+                    vertices, faces, nodes, node, origin, axes, second, no_mesh, False, end, scratch, count
+                )
                 count = faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, end, scratch, count)
             if sample == 0:
                 break

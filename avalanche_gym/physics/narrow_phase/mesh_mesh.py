@@ -33,6 +33,10 @@ from .path import seen_from
 from .terrain_candidates import emit_candidates
 from .terrain_shape import CENTER_ROW, LEVELS, first_leaf_of, get, in_frame, put, set_first_leaf
 
+# Overlap down to this share of the smaller mesh is found in whatever way it came about. Larger: more triangles to look
+# at; smaller: what a step failed to stop may stay where it is.
+DEEPEST = 0.03
+
 
 @kernel
 def _to_inside(faces, node, axes, scale, scratch):
@@ -74,7 +78,7 @@ def _leaf_on_mesh(mesh_a, node, core, origin, axes, second, scale, mesh_b, place
                 count = vertices_beside_edges(vertices, axes, listed, row, scratch, count)
                 if turn == 0:
                     count = edges_of_leaf(
-                        vertices, faces, node, origin, axes, second, mesh_b, two_sided, row, scratch, count
+                        vertices, faces, nodes, node, origin, axes, second, mesh_b, two_sided, row, scratch, count
                     )
                     count = faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, row, scratch, count)
                 if feature == 0:
@@ -124,7 +128,10 @@ def _collide(
     other = tables_of(mesh_b, vertices, faces, nodes)
     two_sided = mesh_b.two_sided == 1
     falloff = falloff_by(margin, motion)
-    rest = near_margin(margin, loose)
+    # What is that deep inside lies as far from the leaves as what is that far outside.
+    deep = DEEPEST * min(scale, half_diagonal(mesh_b))
+    margin = max(margin, deep)
+    rest = max(near_margin(margin, loose), deep)
     found = np.int64(0)
     while True:
         node = 0

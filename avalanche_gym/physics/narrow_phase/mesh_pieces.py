@@ -26,6 +26,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
+from ..shapes.static_tree import box_distance_squared
 from .mesh import over_face
 from .mesh_surface import base_of, corners_of
 from .path import NEAR_MOTIONS, displacement
@@ -54,7 +55,7 @@ from .terrain_shape import (
     scale_of,
     set_scale,
 )
-from .triangle import REGION_SLACK, in_prism
+from .triangle import REGION_SLACK, closest_point, in_prism
 
 CORNERS_A_TURN = 8
 
@@ -72,6 +73,8 @@ SEARCH_BEHIND = 1.01
 # A point behind a sharp edge is nearer to the faces than to the edge; by more than this factor, and the edge is not the
 # way out. It is the sine of half the angle of the sharpest edge that counts when it has come through.
 SHARPEST = 0.2
+# How much nearer, as a share of the square, another face has to be than one of the edge's own.
+OWN_FACE = 1e-6
 
 
 @kernel
@@ -279,22 +282,37 @@ def _beside_edge(scratch, row, p, b, own_length, m1, m2, out):
 
 
 @kernel
-def _is_through(foot, d, gap, other, two_sided, scratch):
+def _is_through(row, foot, d, gap, other, two_sided, own, origin, axes, scratch):
     """Whether the crossing of an edge of the mesh ``-gap`` behind one of the terrain means that it has come through.
 
     Else the terrain's edge bounds a thin wall with the mesh beyond it, or is the next turn of a thread. ``other`` holds
-    vertices, faces and nodes of a terrain that is a mesh; a height field has no thin walls, and no nodes.
+    vertices, faces and nodes of a terrain that is a mesh; a height field has no thin walls, and no nodes. ``own``: the
+    same of the mesh.
+
+    Where the way out leads almost along a face of the edge, that face is near: it is no other way out if the terrain's
+    edge is inside the mesh as well, so that each cuts the wedge of the other.
     """
     if gap >= -REGION_SLACK * scale_of(scratch) or other[2].shape[0] == 0:
         return True
     p = vec3.add_scaled(foot, gap, d)
     middle = get(scratch, CENTER_ROW, 0)
-    base = base_of(other[0], other[1], other[2], two_sided, middle, p, SEARCH_BEHIND * gap * gap)
-    return vec3.norm_squared(vec3.sub(base, p)) > SHARPEST * SHARPEST * gap * gap
+    bound = SEARCH_BEHIND * gap * gap
+    base = base_of(other[0], other[1], other[2], two_sided, middle, p, bound)
+    square = vec3.norm_squared(vec3.sub(base, p))
+    if square > SHARPEST * SHARPEST * gap * gap:
+        return True
+    # d is at right angles to the edge: how far its point p is behind a face is the sine of the angle between d and the
+    # direction m along that face.
+    along = max(vec3.dot(d, get(scratch, row + 1, 0)) ** 2, vec3.dot(d, get(scratch, row + 1, 3)) ** 2)
+    if square == 0.0 or square < (1.0 - OWN_FACE) * max(0.0, 1.0 - along) * gap * gap:
+        return False
+    q = mat3.apply_transposed(axes, vec3.sub(foot, origin))
+    base = base_of(own[0], own[1], own[2], False, q, q, bound)
+    return vec3.norm_squared(vec3.sub(base, q)) > SHARPEST * SHARPEST * gap * gap
 
 
 @kernel
-def edges_of_leaf(vertices, faces, node, origin, axes, second, other, two_sided, end, scratch, count):
+def edges_of_leaf(vertices, faces, nodes, node, origin, axes, second, other, two_sided, end, scratch, count):
     """Contacts of the edges of a leaf with the listed edges and vertices of the terrain; ``other``: of _is_through."""
     if end == FIRST_FEATURE_ROW:
         return count
@@ -320,7 +338,9 @@ def edges_of_leaf(vertices, faces, node, origin, axes, second, other, two_sided,
             spokes = int(scratch[row, 0])
             if spokes == 0:
                 meets, foot, d, gap = _cross(scratch, row, p, b, own_length, m1, m2, out)
-                if meets and _is_through(foot, d, gap, other, two_sided, scratch):
+                if meets and _is_through(
+                    row, foot, d, gap, other, two_sided, (vertices, faces, nodes), origin, axes, scratch
+                ):
                     feature = feature_of(CROSSING, part, EDGE_PLACE, int(scratch[row + 2, 3]))
                     count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
                 row += 3
@@ -333,6 +353,32 @@ def edges_of_leaf(vertices, faces, node, origin, axes, second, other, two_sided,
                 count = add_candidate(scratch, count, position, d, gap, feature)
             row += 1 + spokes
     return count
+
+
+@kernel
+def _comes_from_nearer(vertices, faces, nodes, axes, v, bound, row, scratch):
+    """Whether a listed vertex of the terrain, at v inside the mesh, may have come through a face that is nearer than
+    the square root of ``bound`` [m^2]: one whose way out its cone holds.
+
+    Beside a rim the side wall is near, but what lies flat on the face has not come through that.
+    """
+    node = 0
+    while node < nodes.shape[0]:
+        here = nodes[node]
+        if box_distance_squared(here, v) >= bound:
+            node = int(here.skip)
+            continue
+        for index in range(here.first, here.first + here.count):
+            a, b, c = corners_of(vertices, faces[index])
+            nearest, _ = closest_point(v, a, b, c)
+            d = vec3.sub(v, nearest)
+            square = vec3.norm_squared(d)
+            if 0.0 < square < bound:
+                d = mat3.apply(axes, vec3.scale(1.0 / math.sqrt(square), d))
+                if in_vertex_cone(scratch, row, d, TILT):
+                    return True
+        node += 1
+    return False
 
 
 @kernel
@@ -357,10 +403,16 @@ def faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, end, scrat
             if not in_prism(v, a, b, c, n):
                 continue
             if gap < -REGION_SLACK * scale:
-                # Behind the face: this one is the way out only if nothing of the surface is nearer.
-                base = base_of(vertices, faces, nodes, False, v, v, SEARCH_BEHIND * gap * gap)
+                # Behind the face: this one is the way out only if nothing of the surface is nearer that the vertex
+                # could come from.
+                bound = SEARCH_BEHIND * gap * gap
+                base = base_of(vertices, faces, nodes, False, v, v, bound)
                 if not over_face(vertices, face, n, base):
-                    continue
+                    if vec3.norm_squared(vec3.sub(base, v)) == 0.0:
+                        continue
+                    bound = (1.0 - REGION_SLACK) * gap * gap
+                    if _comes_from_nearer(vertices, faces, nodes, axes, v, bound, row, scratch):
+                        continue
             d = mat3.apply(axes, vec3.neg(n))
             if in_vertex_cone(scratch, row, d, TILT):
                 number = (2 * int(scratch[row, 7]) + 1 - second) % PARTS

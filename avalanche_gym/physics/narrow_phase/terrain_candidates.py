@@ -7,13 +7,19 @@ frame, gap, feature. "Outward" is from the terrain to the shape, against the nor
 two faces. Two candidates at one place with one normal are one.
 
 **Reduction.** A rigid body is held by few contacts: those that span the others. The deepest is kept, then again and
-again the one farthest from all kept ones, where distance counts position, and the normal times a part of the shape's
-size (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one
-of each direction.
+again the one that could dip farthest below the surface with all kept ones on it. A kept one at a gap e_j in the end of
+the step is brought to 0; that lifts what is beside it by as much, but for the distance d times the angle a by which the
+body may tilt as well, so it is at most
 
-"Deepest" is as the motion of the step leaves it, if nothing touches (path.py): a corner that strikes in this step must
-be among them. Where that one ends at e < 0 it will be lifted by -e, and what is near to it with it: by less the farther
-off it is, and not at all at the distance of the shape's size. What is open even then counts less.
+    min over kept j of (e_j - e_i + a d_ij),    a = (max(-e, 0) + falloff) / scale,
+
+below. The tilt is what lifting the deepest, at e, and what is not foreseen make of the shape's size (scale). Distance
+counts position, and the normal times a part of the size. Where all touch alike the farthest from all kept ones comes
+next (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance"): the extremes of the support, and one
+of each direction. What opens counts the less the more it does, and of two neighbours the deeper one counts.
+
+"In the end" is as the motion of the step leads, if nothing touches (path.py): a corner that strikes in this step must
+be among them; what leaves is taken as it is now.
 Of a shape that turns by more than ``FAR_TURN``, to which a path of first order says nothing, it is the deepest now.
 
 **Feature ids.** A contact belongs to a point of the moving shape (a corner, the end of a capsule, a sphere), to the
@@ -73,46 +79,40 @@ def reduce_candidates(scratch, count, most):
     """Keep ``most`` candidates, the deepest first; return how many there are."""
     if count == most:
         return count
-    # A contact that stays open by more than the deepest by the falloff (the whole margin, or less) counts half.
     scale = scale_of(scratch)
-    falloff = 1.0 / max(falloff_of(scratch), MERGE_DISTANCE * scale)
-    per_scale = 1.0 / scale
-    scale *= NORMAL_WEIGHT
+    normal_weight = (NORMAL_WEIGHT * scale) ** 2
     seen = path_in(scratch)
     if vec3.norm_squared(seen[1]) > FAR_TURN * FAR_TURN:
         seen = (vec3.ZERO, vec3.ZERO)
-    deepest = math.inf
+    tilt = 0.0
+    last = 0.0
     for kept in range(most):
         chosen = kept
-        best = -1.0
+        best = -math.inf
+        lowest = 0.0
         for i in range(kept, count):
             out = (scratch[i, 3], scratch[i, 4], scratch[i, 5])
             way = vec3.dot(out, displacement(seen, (scratch[i, 0], scratch[i, 1], scratch[i, 2])))
             end = scratch[i, 6] + min(way, 0.0)
-            if kept == 0:
-                if end < deepest:
-                    deepest = end
-                    chosen = i
-                continue
-            # Distance from the nearest of those kept; all but the last were looked at before.
-            position = 0.0
-            normal = 0.0
-            for k in range(3):
-                position += (scratch[i, k] - scratch[kept - 1, k]) ** 2
-                normal += (scratch[i, 3 + k] - scratch[kept - 1, 3 + k]) ** 2
-            nearest = position + scale * scale * normal
-            if kept > 1:
-                nearest = min(nearest, _score(scratch, i))
-            _put_score(scratch, i, nearest)
-            beside = 0.0
-            for k in range(3):
-                beside += (scratch[i, k] - scratch[0, k]) ** 2
-            lifted = min(deepest, 0.0) * max(0.0, 1.0 - per_scale * math.sqrt(beside))
-            rise = max(0.0, end - lifted - max(0.0, deepest)) * falloff
-            score = nearest / (1.0 + rise * rise)
+            score = -end
+            if kept > 0:
+                # How far it may come below the last one kept; all others were looked at before.
+                position = 0.0
+                normal = 0.0
+                for k in range(3):
+                    position += (scratch[i, k] - scratch[kept - 1, k]) ** 2
+                    normal += (scratch[i, 3 + k] - scratch[kept - 1, 3 + k]) ** 2
+                score += last + tilt * math.sqrt(position + normal_weight * normal)
+                if kept > 1:
+                    score = min(score, _score(scratch, i))
+                _put_score(scratch, i, score)
             if score > best:
                 best = score
                 chosen = i
+                lowest = end
+        last = lowest
+        if kept == 0:
+            tilt = (max(falloff_of(scratch), MERGE_DISTANCE * scale) - min(lowest, 0.0)) / scale
         if chosen != kept:
             for k in range(8):
                 other = scratch[kept, k]
