@@ -128,6 +128,18 @@ def test_a_tilted_floor_with_spin_and_friction(name, rate):
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ALLOWED)
 
 
+@pytest.mark.parametrize("rate", [60, 240])
+@pytest.mark.parametrize("name", ["box", "hull"])
+def test_a_floor_flat_to_twelve_digits_is_flat(name, rate):
+    """Normals that differ by 1e-12 leave all corners their share, and do not make three of them bear all."""
+    tilt = Rotation.from_rotvec([0.09, 0.12, 0.0])
+    rng = np.random.default_rng(5)
+    vertices, faces = oracle.random_floor(rng, size=14.0, points=150)
+    rough = physics.TriangleMesh(vertices + 1e-12 * rng.normal(size=vertices.shape), faces)
+    expected = tilted_path(name, physics.Plane(), tilt, rate, 2.0)
+    np.testing.assert_allclose(tilted_path(name, rough, tilt, rate, 2.0), expected, rtol=0.0, atol=ALLOWED)
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize("rate", [60, 240])
 @pytest.mark.parametrize("name", ["sphere", "capsule", "box", "hull", "lying cylinder"])

@@ -24,6 +24,7 @@ import math
 from ..jit import kernel
 from ..maths import mat3, quat, vec3
 from ..model import DYNAMIC
+from .sharing import SLACK
 
 # index[:RESERVED] reports the memory wanted; the table body -> node starts behind it.
 RESERVED = 2
@@ -107,6 +108,8 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         row.b = b
         row.of = -1
         row.shared = 0
+        # A blow has no duration.
+        row.slack = SLACK * contact.size / contact.span if contact.span > 0.0 else 0.0
         row.friction = contact.friction
         row.scale = scale
         row.speed = _squares(state_a, arm_a) + _squares(state_b, arm_b)

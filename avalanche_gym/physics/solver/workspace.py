@@ -42,6 +42,7 @@ ROW = np.dtype(  # (contacts of the island,)
         ("best", np.float64, 3),  # r of the smallest residual so far
         ("status", np.int64),  # OPEN, STICK or SLIP
         ("shared", np.int64),  # part in the sharing of loads (solver/sharing.py)
+        ("slack", np.float64),  # [m/s] that its normal velocity may differ from that of a rigid motion by
         ("share", np.float64),  # [N s] or [m/s] of it, in between
         ("basis", np.float64, 6),  # row of Q
         ("coupling", np.float64, 3),  # of a moment: what it gains per normal impulse of its contact [m]
