@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from avalanche_gym import physics
 from avalanche_gym.physics.shapes import terrain
@@ -136,3 +137,73 @@ def test_a_beam_rests_across_a_beam(lower, upper):
     world.step(240)
     assert world.position[0, 1, 2] == pytest.approx(height, abs=1e-5)
     np.testing.assert_allclose(world.linear_velocity[0, 1], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("lower", ["box", "hull", "mesh", "cylinder"])
+@pytest.mark.parametrize("upper", ["box", "hull", "mesh"])
+def test_a_beam_rests_across_a_beam_at_any_angle(lower, upper):
+    """Off the middle of the lower one; near parallel the edges touch over a stretch that is ill-defined."""
+    beam = trimesh.creation.box((4.0, 0.2, 0.2))
+    made = {
+        "box": physics.Box((2.0, 0.1, 0.1)),
+        "hull": physics.ConvexHull(beam.vertices),
+        "mesh": physics.TriangleMesh(beam.vertices, beam.faces),
+        "cylinder": physics.Cylinder(0.1, 2.0),
+    }
+    on_edge, lying = Rotation.from_euler("x", 45, degrees=True), Rotation.from_euler("y", 90, degrees=True)
+    height = np.sqrt(0.02) + (0.1 if lower == "cylinder" else np.sqrt(0.02))
+    for angle in (60.0, 30.0, 10.0):
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+        below = lying if lower == "cylinder" else on_edge
+        scene.add_body(made[lower], motion="static", orientation=below.as_quat(scalar_first=True))
+        turned = (Rotation.from_euler("z", angle, degrees=True) * on_edge).as_quat(scalar_first=True)
+        scene.add_body(made[upper], mass=5.0, position=(0.3, 0.0, height + 0.05), orientation=turned)
+        world = physics.World(scene)
+        world.step(240)
+        assert world.position[0, 1, 2] == pytest.approx(height, abs=1e-5)
+        np.testing.assert_allclose(world.linear_velocity[0, 1], 0.0, atol=1e-6)
+        np.testing.assert_allclose(world.angular_velocity[0, 1], 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("far", [1e3, 1e6])
+@pytest.mark.parametrize("name", ["box", "sphere"])
+def test_a_cut_floor_far_away_is_a_plane_there(name, far):
+    """Sliding and spinning with friction: the difference stays below the spacing of floats."""
+    offset = np.array([far, -far, far / 3.0])
+    floor = physics.TriangleMesh(*oracle.random_floor(np.random.default_rng(1), size=14.0, points=150))
+    material = physics.Material(friction=0.2)
+    places = []
+    for ground in (physics.Plane(), floor, physics.HeightField(np.zeros((41, 33)), (14.0, 14.0))):
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+        scene.add_body(ground, motion="static", position=offset, material=material)
+        scene.add_body(
+            SHAPES[name], mass=1.0, position=offset + np.array([-3.0, -1.5, 0.1]), linear_velocity=(1.5, 0.8, 0.0),
+            angular_velocity=(0.0, 0.0, 2.0), material=material,
+        )  # fmt: skip
+        world = physics.World(scene)
+        world.step(480)
+        places.append(np.concatenate([world.position[0, 1] - offset, world.orientation[0, 1]]))
+    for place in places[1:]:
+        np.testing.assert_allclose(place, places[0], rtol=0.0, atol=np.spacing(far))
+
+
+@pytest.mark.parametrize("half", [0.02, 1.0, 2.0, 4.0])
+def test_a_plate_of_any_size_rests_on_hills(half):
+    """Smaller than a cell, and over a hundred cells: no hilltop is in it, and it lies still after 15 s."""
+    for seed in range(2):
+        heights = terrain.octaves(33, 33, (16.0, 16.0), np.random.default_rng(seed), amplitude=0.5, period=4.0, count=4)
+        extents = np.array([half, 0.8 * half, 0.05 * max(half, 0.3)])
+        scene = scene_with(physics.HeightField(heights, (16.0, 16.0)))
+        turn = Rotation.from_rotvec([0.2, 0.1, 0.4]).as_quat(scalar_first=True)
+        material = physics.Material(friction=0.5, rolling_friction=0.005)
+        start = (0.1, 0.2, heights.max() + 0.1 + 0.3 * half)
+        scene.add_body(physics.Box(extents), density=500.0, position=start, orientation=turn, material=material)
+        world = physics.World(scene, options=physics.Options(sleeping=False))
+        world.step(3600)
+        np.testing.assert_allclose(world.linear_velocity[0, 1], 0.0, atol=1e-6)
+        x, y = terrain.grid(33, 33, (16.0, 16.0))
+        samples = np.column_stack([x.ravel(), y.ravel(), heights.ravel()]) - world.position[0, 1]
+        inside = Rotation.from_quat(world.orientation[0, 1].copy(), scalar_first=True).inv().apply(samples)
+        assert (extents - np.abs(inside)).min(axis=1).max() < 1e-6 * half
