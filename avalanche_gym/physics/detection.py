@@ -9,11 +9,11 @@ import numpy as np
 from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .broad_phase.candidates import meeting_pairs, update_candidates
-from .contacts.coherence import chain_contacts, is_unmoved, recall_contacts
+from .contacts.coherence import are_steady, chain_contacts, is_unmoved, recall_contacts
 from .contacts.materials import mix_materials
 from .contacts.prediction import DRIFT, SLACK, turn_between
 from .contacts.sleeping import drop_sleeping_pairs
-from .integrator.flight import fly
+from .integrator.flight import copy_state, fly
 from .jit import call_stage, kernel, stage
 from .maths import vec3
 from .memory import (
@@ -43,6 +43,8 @@ FORESIGHT = 1.1
 # Motion within a step below this fraction of the smaller body turns no contact by more than that.
 STILL = 1e-7
 
+_BOX_BYTES = 6 * 8
+
 
 @stage
 def fly_bodies(address, workspace_address, world):
@@ -66,10 +68,10 @@ def fly_bodies(address, workspace_address, world):
             workspace.num_members += 1
         if rest[index].asleep == 0:
             fly(states[index], bodies[index], fields, header.time_step, flown[index])
-            ends[index] = flown[index]
+            copy_state(flown[index], ends[index])
         else:
-            flown[index] = states[index]
-            ends[index] = states[index]
+            copy_state(states[index], flown[index])
+            copy_state(states[index], ends[index])
     return 0
 
 
@@ -112,7 +114,8 @@ def _sweep_boxes(header, workspace, world):
         # Ground that moves may rise within the step.
         rise = header.time_step * workspace.fastest_rate
         slack = SLACK * body.size if body.motion == DYNAMIC else rise
-        swept_box(header, colliders, body, states[index], flown[index], turned, slack, boxes[6 * index : 6 * index + 6])
+        box = table(workspace.boxes + _BOX_BYTES * index, 6, np.float64)
+        swept_box(header, colliders, body, states[index], flown[index], turned, slack, box)
     return boxes
 
 
@@ -187,6 +190,8 @@ def find_contacts(address, workspace_address, world, num_pairs):
                 chain_contacts(bodies, before, world_entry(header.num_contacts, world)[0], chains, following)
                 chained = True
             count = recall_contacts(bodies, before, chains, following, a, b, contacts, count)
+            if are_steady(contacts, start, min(count, contacts.shape[0])):
+                continue  # recalled with all that follows
         else:
             _foresee(query, span, bodies, states, flown, a, b, rise)
             query.margin = SLACK * min(bodies[a].size, bodies[b].size) + query.motion

@@ -3,6 +3,7 @@
 import ctypes
 
 import numpy as np
+import pytest
 
 from avalanche_gym import physics
 from avalanche_gym.physics.scenes.push import PUSH_STEP, PUSH_STEPS, PUSHED, push_impulses, push_scene
@@ -31,3 +32,21 @@ def test_sweeps_and_newton_solve_what_slides_over_facets():
         world.step(PUSH_STEPS)
     assert len(methods) > 2000
     assert sum(method >= INTERIOR_POINT for method in methods) <= 3
+
+
+@pytest.mark.parametrize("shape", [physics.Sphere(0.15), physics.Capsule(0.1, 0.2)])
+def test_what_is_pushed_on_one_contact_is_predicted_once(shape):
+    """The first prediction knows that the contact will hold; it used to go on at the velocity of the push."""
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    scene.add_body(physics.Plane(), motion="static")
+    upright = (1.0, 0.0, 0.0, 0.0)
+    height = 0.15 if isinstance(shape, physics.Sphere) else 0.3
+    ball = scene.add_body(shape, mass=2.0, position=(0.0, 0.0, height), orientation=upright)
+    world = physics.World(scene, options=physics.Options(time_step=0.005, sleeping=False))
+    world.step(3)
+    # Away from the ground, by less than gravity takes back within the step: it opens by 1e-4 of its size.
+    world.apply_impulse(ball, (0.06, 0.02, 2.0 * 0.01))
+    world.step(1)
+    assert world.report().iterations == 1
+    assert abs(world.linear_velocity[0, ball, 2]) < 1e-2

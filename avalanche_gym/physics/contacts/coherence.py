@@ -7,6 +7,10 @@ bodies that function is given its old arguments, so its old results are the exac
 
 The list of the last step holds where each contact was when that step began. What was left out of it then, because
 flight would have opened it, would be left out again.
+
+Where the last step left the whole island as it was, its contacts are *steady* (response/standing.py). All that is said
+of such a contact before the solver, where flight would lead it and what it has borne, is a function of the same
+arguments too: it stands in the list, and is not worked out again.
 """
 
 from __future__ import annotations
@@ -86,6 +90,23 @@ def recall_contacts(bodies, old_contacts, chains, following, a, b, contacts, cou
                 vec3.store(contact.position, vec3.load(old.start_position))
                 vec3.store(contact.normal, vec3.load(old.start_normal))
                 contact.gap = old.start_gap
+                if contact.steady == 1:
+                    contact.persistent = 1 if vec3.dot(vec3.load(old.impulse), vec3.load(contact.normal)) > 0.0 else 0
+                    contact.stuck = old.sticks
+                    contact.sticks = 0
+                    contact.located = 0
             count += 1
         index = following[index]
     return count
+
+
+@kernel
+def are_steady(contacts, first, last):
+    """Whether all contacts of a pair that were recalled are steady; if some are not, none counts as such."""
+    steady = True
+    for index in range(first, last):
+        steady = steady and contacts[index].steady == 1
+    if not steady:
+        for index in range(first, last):
+            contacts[index].steady = 0
+    return steady

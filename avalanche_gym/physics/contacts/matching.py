@@ -93,6 +93,17 @@ def chain_of(bodies, a, b):
 
 
 @kernel
+def _claim_pair(old_contacts, oldest, following, a, b):
+    """Claim what the contacts of a pair of bodies that were recalled as they stood have already."""
+    candidate = oldest
+    while candidate >= 0:
+        old = old_contacts[candidate]
+        if old.body_a == a and old.body_b == b:
+            old.island = -1
+        candidate = following[candidate]
+
+
+@kernel
 def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
     """Match the contacts of one pair of bodies; ``oldest`` leads the chain that holds the old ones."""
     for stage in range(3):
@@ -119,10 +130,13 @@ def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
 def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, chains, following):
     """Give each contact the impulse of the same contact in the last step, or zero, for a step of ``span`` [s].
 
+    Steady ones, all of a pair or none, were recalled with what they have borne (coherence.py) and keep it.
     New contacts of a pair of bodies lie together. The old ones are found through chains: ``chains`` (any number) and
     ``following`` (old contacts,) are scratch. On return ``contacts.persistent`` says which bore load.
     """
     for index in range(num_contacts):
+        if contacts[index].steady == 1:
+            continue
         contacts[index].island = 0
         contacts[index].persistent = 0
         vec3.store(contacts[index].impulse, vec3.ZERO)
@@ -155,6 +169,8 @@ def match_contacts(bodies, old_contacts, num_old, contacts, num_contacts, span, 
         while last < num_contacts and contacts[last].body_a == a and contacts[last].body_b == b:
             last += 1
         oldest = chains[chain_of(bodies, a, b) % num_chains]
-        if oldest >= 0:
+        if oldest >= 0 and contacts[first].steady == 1:
+            _claim_pair(old_contacts, oldest, following, a, b)
+        elif oldest >= 0:
             _match_pair(old_contacts, oldest, following, contacts, first, last, span)
         first = last

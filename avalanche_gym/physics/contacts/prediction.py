@@ -178,7 +178,7 @@ def predict_contacts(bodies, starts, ends, time_step, lands, contacts, num_conta
 
     ``starts`` and ``ends`` are the states (bodies,) at both ends of the flight. Contacts that stay open by more than
     SLACK of the smaller body are dropped, unless a body turns so far that another part of it may be the one that hits.
-    ``lands``: impacts without rebound are located as well.
+    ``lands``: impacts without rebound are located as well. Steady ones were recalled with all of this (coherence.py).
     """
     kept = 0
     # Contacts come pair by pair.
@@ -188,6 +188,11 @@ def predict_contacts(bodies, starts, ends, time_step, lands, contacts, num_conta
     turn_b = quat.IDENTITY
     for index in range(num_contacts):
         contact = contacts[index]
+        if contact.steady == 1:
+            if kept < index:
+                contacts[kept] = contact
+            kept += 1
+            continue
         a = contact.body_a
         b = contact.body_b
         if a != last_a:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..integrator.flight import fly
+from ..integrator.flight import copy_state, fly
 from ..jit import kernel
-from ..maths import quat, vec3
+from ..maths import vec3
 from ..memory import bodies_of, contacts_of, fields_of, rest_of, states_of, table, world_entry
 from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, KINEMATIC
 
@@ -19,17 +19,6 @@ from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, KINEMATIC
 APART = -2
 # The group of a body that touches nothing.
 NONE = -1
-
-
-@kernel
-def copy_state(source, target):
-    vec3.store(target.center, vec3.load(source.center))
-    quat.store(target.orientation, quat.load(source.orientation))
-    vec3.store(target.velocity, vec3.load(source.velocity))
-    vec3.store(target.angular_velocity, vec3.load(source.angular_velocity))
-    vec3.store(target.angular_momentum, vec3.load(source.angular_momentum))
-    vec3.store(target.force, vec3.load(source.force))
-    vec3.store(target.torque, vec3.load(source.torque))
 
 
 @kernel

@@ -19,6 +19,7 @@ import math
 
 import numpy as np
 
+from ..integrator.flight import copy_state
 from ..jit import call_stage, kernel, stage
 from ..maths import vec3
 from ..memory import (
@@ -51,7 +52,6 @@ from ..model import (
 )
 from .contacts import carry_blows, follow_gone, forget_impulses, keep_finished, note_bound, part_with, pass_by, remember
 from .members import (
-    copy_state,
     fly_group,
     gather,
     label_groups,

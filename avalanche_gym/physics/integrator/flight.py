@@ -110,6 +110,18 @@ def advance_center(position, velocity, acceleration, fields, time_step):
 
 
 @kernel
+def copy_state(source, target):
+    """Copy a BODY_STATE, field by field: the compiler moves records that it knows in part byte by byte."""
+    vec3.store(target.center, vec3.load(source.center))
+    quat.store(target.orientation, quat.load(source.orientation))
+    vec3.store(target.velocity, vec3.load(source.velocity))
+    vec3.store(target.angular_velocity, vec3.load(source.angular_velocity))
+    vec3.store(target.angular_momentum, vec3.load(source.angular_momentum))
+    vec3.store(target.force, vec3.load(source.force))
+    vec3.store(target.torque, vec3.load(source.torque))
+
+
+@kernel
 def fly(state_in, body, fields, time_step, state_out):
     """Advance one body by ``time_step`` [s], of either sign, of motion without contact.
 

@@ -7,7 +7,7 @@ asks for a velocity that makes a share of that, and of its gap, good in a step.
 
 from __future__ import annotations
 
-from ..contacts.prediction import OVERLAP, bears_load, point_displacement
+from ..contacts.prediction import DRIFT, OVERLAP, bears_load, point_displacement
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import ON_A
@@ -32,6 +32,14 @@ def drifts_away(contacts, order, first, last):
             if squares > (SETTLED * contact.size) ** 2:
                 return True
     return False
+
+
+@kernel
+def gap_closing(contact, whole_step):
+    """The normal velocity [m/s] by which a lasting contact makes its gap good; what is deeper than DRIFT is left to the
+    position stage.
+    """
+    return CLOSING * contact.start_gap / whole_step if contact.start_gap >= -DRIFT * contact.size else 0.0
 
 
 @kernel

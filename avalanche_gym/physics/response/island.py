@@ -15,7 +15,7 @@ from .creep import add_creep, note_sticking
 from .impact import acts_at_once, end_impact, end_rebound, prepare_impact, prepare_rebound
 from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
-from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, predict_places
+from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, expect_supported, predict_places
 from .solving import FULL, GAVE_UP, SOLVED, solve_velocities, solver_memory
 from .standing import keep_standing, note_standing, stands_still
 from .stillness import let_rest
@@ -131,6 +131,10 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         if last == first:
             return SOLVED
     expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
+    if last_body - first_body == 1:
+        expect_supported(
+            starts, time_step, header.time_step, contacts, order, first, last, bodies, members[first_body], ends
+        )
     foreseen = False
     predictions = 0
     while not (struck or foreseen):

@@ -25,12 +25,12 @@ this is the plain contact problem; at rest the impulses of the last step solve i
 
 from __future__ import annotations
 
-from ..contacts.prediction import DRIFT, OVERLAP, velocity_at
+from ..contacts.prediction import OVERLAP, velocity_at
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC, ON_A, ON_B, STATIC
 from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
-from .creep import CLOSING, drifts_away
+from .creep import CLOSING, drifts_away, gap_closing
 from .places import back_to_middle, on_to_middle, take_middle
 
 
@@ -114,9 +114,7 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
             expected = vec3.add(expected, vec3.load(contact.end_surface_velocity))
             contact.bias = 2.0 * contact.end_gap / time_step - vec3.dot(vec3.load(contact.normal), expected)
         elif drifts:
-            # What is deeper is left to the position stage.
-            if contact.start_gap >= -DRIFT * contact.size:
-                contact.bias = CLOSING * contact.start_gap / whole_step
+            contact.bias = gap_closing(contact, whole_step)
             # A rigid motion makes it good only where it has turned on as its arm has.
             creep = on_to_middle(contact, predicted, working, vec3.load(contact.creep))
             turning = vec3.add_scaled(turning, CLOSING / whole_step, creep)

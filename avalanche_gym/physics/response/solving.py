@@ -62,21 +62,23 @@ def solve_velocities(address, workspace_address, world, first, last, first_body,
     working = table(workspace.working, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     order = table(workspace.order, workspace.order_size, np.int64)
-    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
     num_bodies = last_body - first_body
     own = last - first
-    prepare_nodes(bodies, working, members[first_body:], num_bodies, nodes, index)
-    prepare_rows(contacts, order[first:], own, bodies, working, num_bodies, rows, nodes, index)
+    # Tables of the island's own part: a slice of an array would count references to it.
+    own_order = table(workspace.order + 8 * first, own, np.int64)
+    members = table(workspace.island_bodies + 8 * first_body, num_bodies, np.int64)
+    prepare_nodes(bodies, working, members, num_bodies, nodes, index)
+    prepare_rows(contacts, own_order, own, bodies, working, num_bodies, rows, nodes, index)
     num_rows = own
     if header.moments == 1:
-        num_rows = prepare_moments(contacts, order[first:], own, working, rows, nodes)
+        num_rows = prepare_moments(contacts, own_order, own, working, rows, nodes)
     workspace.tolerance = header.tolerance
     method = call_stage(header.solve_problem, address, workspace_address, num_rows, num_bodies)
     if method == NEEDS_MEMORY:
         return FULL
     report = report_of(header, world)
     report.iterations += workspace.iterations
-    rest_of(header, world)[members[first_body]].residual = workspace.residual
+    rest_of(header, world)[members[0]].residual = workspace.residual
     if workspace.budget < header.max_iterations and workspace.residual > max(header.tolerance, GOOD):
         return GAVE_UP
     keep_impulses(contacts, order, first, last, rows)

@@ -63,7 +63,7 @@ def linearise_moment(row, load, delta):
     velocity = vec3.load(row.velocity)
     impulse = vec3.load(row.impulse)
     normal = vec3.load(row.normal)
-    rho = 1.0 / row.scale
+    rho = row.inverse
     k = rho / delta
     z = vec3.add_scaled(impulse, -rho, velocity)
     z_n = vec3.dot(z, normal)
@@ -115,7 +115,7 @@ def linearise(rows, row, delta):
     velocity = vec3.load(row.velocity)
     normal = vec3.load(row.normal)
     friction = row.friction
-    rho = 1.0 / row.scale
+    rho = row.inverse
     z = vec3.add_scaled(impulse, -rho, velocity)
     z_n = vec3.dot(z, normal)
     # A contact that just touches and bears nothing counts as closed: in a stack that starts to fall all but the lowest

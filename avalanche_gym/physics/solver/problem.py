@@ -112,6 +112,7 @@ def prepare_rows(contacts, order, num_contacts, bodies, states, num_bodies, rows
         row.slack = SLACK * contact.size / contact.span if contact.span > 0.0 else 0.0
         row.friction = contact.friction
         row.scale = scale
+        row.inverse = 1.0 / scale if scale > 0.0 else 0.0
         row.speed = _squares(state_a, arm_a) + _squares(state_b, arm_b)
         vec3.store(row.normal, normal)
         vec3.store(row.arm_a, arm_a)
@@ -139,6 +140,7 @@ def prepare_moments(contacts, order, num_contacts, states, rows, nodes):
             row.friction = contact.rolling_friction
             row.torsion = contact.torsional_friction
             row.scale = scale
+            row.inverse = 1.0 / scale
             vec3.store(row.normal, vec3.load(rows[i].normal))
             vec3.store(row.arm_a, vec3.load(rows[i].arm_a))
             vec3.store(row.arm_b, vec3.load(rows[i].arm_b))

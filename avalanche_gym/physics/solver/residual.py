@@ -46,7 +46,7 @@ def load_on(rows, row):
 def natural_map(rows, row, impulse, velocity):
     """F_i for an impulse and a velocity u_i, and the vector (u_i + mu |u_it| n_i) / Wd_i, of a moment u_i / Wd_i."""
     if row.of >= 0:
-        corrected = vec3.scale(1.0 / row.scale, velocity)
+        corrected = vec3.scale(row.inverse, velocity)
         load = load_on(rows, row)
         kept = limit(vec3.sub(impulse, corrected), vec3.load(row.normal), row.friction * load, row.torsion * load)
         return vec3.sub(impulse, kept), corrected
@@ -54,7 +54,7 @@ def natural_map(rows, row, impulse, velocity):
     friction = row.friction
     along = vec3.dot(velocity, normal)
     slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
-    corrected = vec3.scale(1.0 / row.scale, vec3.add_scaled(velocity, friction * slip, normal))
+    corrected = vec3.scale(row.inverse, vec3.add_scaled(velocity, friction * slip, normal))
     return vec3.sub(impulse, project(vec3.sub(impulse, corrected), normal, friction)), corrected
 
 

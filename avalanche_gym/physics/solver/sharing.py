@@ -91,7 +91,7 @@ def _touches(row):
     normal = vec3.load(row.normal)
     velocity = vec3.load(row.velocity)
     impulse = vec3.load(row.impulse)
-    z = vec3.add_scaled(impulse, -1.0 / row.scale, velocity)
+    z = vec3.add_scaled(impulse, -row.inverse, velocity)
     z_n = vec3.dot(z, normal)
     if z_n < 0.0 and z_n * row.scale < -TOUCHING * math.sqrt(row.speed):
         return False, False

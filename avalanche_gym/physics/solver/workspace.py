@@ -27,6 +27,7 @@ ROW = np.dtype(  # (contacts of the island,)
         ("friction", np.float64),  # of a moment: rolling friction [m]
         ("torsion", np.float64),  # of a moment: torsional friction [m]
         ("scale", np.float64),  # [1/kg] trace(W_ii) / 3: velocity per impulse at this contact; 0 if nothing can move
+        ("inverse", np.float64),  # [kg] 1 / scale, or 0
         ("normal", np.float64, 3),  # unit, from a to b, world frame
         ("arm_a", np.float64, 3),  # [m] from the centre of mass of a to the contact, world frame
         ("arm_b", np.float64, 3),
