@@ -75,6 +75,8 @@ SEARCH_BEHIND = 1.01
 SHARPEST = 0.2
 # How much nearer, as a share of the square, another face has to be than one of the edge's own.
 OWN_FACE = 1e-6
+# A way out that leads along a face at less than this angle [rad] is none: what lies on the face is far from its edge.
+GRAZING = 0.02
 
 
 @kernel
@@ -282,12 +284,25 @@ def _beside_edge(scratch, row, p, b, own_length, m1, m2, out):
 
 
 @kernel
-def _is_through(row, foot, d, gap, other, two_sided, own, origin, axes, scratch):
+def _cuts_wedge(d, m1, m2, square, gap):
+    """Whether a point ``-gap`` behind an edge, at this squared distance [m^2] from the surface around it, is nearest to
+    a face of that edge, of which the way out d keeps clear.
+
+    d is at right angles to the edge: how far the point is behind a face is the sine of the angle between d and the
+    direction m along that face.
+    """
+    along = max(vec3.dot(d, m1) ** 2, vec3.dot(d, m2) ** 2)
+    share = min(SHARPEST * SHARPEST, (1.0 - OWN_FACE) * (1.0 - along))
+    return square > max(share, GRAZING * GRAZING) * gap * gap
+
+
+@kernel
+def _is_through(row, foot, d, gap, m1, m2, other, two_sided, own, origin, axes, scratch):
     """Whether the crossing of an edge of the mesh ``-gap`` behind one of the terrain means that it has come through.
 
     Else the terrain's edge bounds a thin wall with the mesh beyond it, or is the next turn of a thread. ``other`` holds
     vertices, faces and nodes of a terrain that is a mesh; a height field has no thin walls, and no nodes. ``own``: the
-    same of the mesh.
+    same of the mesh; ``m1``, ``m2``: of its edge.
 
     Where the way out leads almost along a face of the edge, that face is near: it is no other way out if the terrain's
     edge is inside the mesh as well, so that each cuts the wedge of the other.
@@ -301,14 +316,11 @@ def _is_through(row, foot, d, gap, other, two_sided, own, origin, axes, scratch)
     square = vec3.norm_squared(vec3.sub(base, p))
     if square > SHARPEST * SHARPEST * gap * gap:
         return True
-    # d is at right angles to the edge: how far its point p is behind a face is the sine of the angle between d and the
-    # direction m along that face.
-    along = max(vec3.dot(d, get(scratch, row + 1, 0)) ** 2, vec3.dot(d, get(scratch, row + 1, 3)) ** 2)
-    if square == 0.0 or square < (1.0 - OWN_FACE) * max(0.0, 1.0 - along) * gap * gap:
+    if not _cuts_wedge(d, get(scratch, row + 1, 0), get(scratch, row + 1, 3), square, gap):
         return False
     q = mat3.apply_transposed(axes, vec3.sub(foot, origin))
     base = base_of(own[0], own[1], own[2], False, q, q, bound)
-    return vec3.norm_squared(vec3.sub(base, q)) > SHARPEST * SHARPEST * gap * gap
+    return _cuts_wedge(d, m1, m2, vec3.norm_squared(vec3.sub(base, q)), gap)
 
 
 @kernel
@@ -339,7 +351,7 @@ def edges_of_leaf(vertices, faces, nodes, node, origin, axes, second, other, two
             if spokes == 0:
                 meets, foot, d, gap = _cross(scratch, row, p, b, own_length, m1, m2, out)
                 if meets and _is_through(
-                    row, foot, d, gap, other, two_sided, (vertices, faces, nodes), origin, axes, scratch
+                    row, foot, d, gap, m1, m2, other, two_sided, (vertices, faces, nodes), origin, axes, scratch
                 ):
                     feature = feature_of(CROSSING, part, EDGE_PLACE, int(scratch[row + 2, 3]))
                     count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
