@@ -192,7 +192,8 @@ def find_impact_time(address, workspace_address, world, count):
 
     ``starts`` and ``ends`` of the workspace are both ends of the way, ``span`` its length, ``bound`` tells how a body
     moves. Returns MEETS if there is an impact before the end, PASSES if all these pairs stay open on this way, else
-    UNDECIDED: something touches and neither comes nor goes, slides along for longer than is looked, or turns little.
+    UNDECIDED: something touches and neither comes nor goes, slides along for longer than is looked, or turns little
+    and is held by other contacts.
     """
     workspace = workspace_at(workspace_address)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
@@ -261,10 +262,11 @@ def _search(address, workspace_address, world, contacts, first, count):
     blocked = math.inf
     overlapping = 0
     speed = 0.0
-    # Bodies that turn little in a step show the same faces at its end: for them the way with all contacts takes up what
-    # touches by round-off as well.
+    # Bodies that other contacts hold and that turn little in a step show the same faces at its end: for them the way
+    # with all contacts takes up what touches by round-off as well. Flight is exact: what stays open on it is open.
     spin = vec3.norm(vec3.load(starts[a].angular_velocity)) + vec3.norm(vec3.load(starts[b].angular_velocity))
-    passes = PASSES if spin * header.time_step > FAR_TURN else UNDECIDED
+    decides = spin * header.time_step > FAR_TURN or (bound[a] == 0 and bound[b] == 0)
+    passes = PASSES if decides else UNDECIDED
     for _ in range(MOST_INSTANTS):
         place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
         place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])

@@ -19,6 +19,7 @@ import math
 
 import numpy as np
 
+from ..contacts.turning import quiet_span, turning_speed
 from ..integrator.flight import copy_state
 from ..jit import call_stage, kernel, stage
 from ..maths import vec3
@@ -128,7 +129,8 @@ def _step_group(address, workspace_address, world, label):
     while True:
         left = header.time_step - workspace.elapsed
         part = LAST if crowd or spent >= most else TO_IMPACT
-        status, num_contacts = _step_part(address, workspace_address, world, label, count, part, left)
+        span = left if crowd or part == TO_IMPACT else min(left, _quiet_span(header, workspace, world, count))
+        status, num_contacts = _step_part(address, workspace_address, world, label, count, part, span)
         in_parts = not _moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
         for _ in range(MOST_SHORTER):
             if status == OK and in_parts and part == TO_IMPACT and workspace.calm < workspace.span:
@@ -138,16 +140,26 @@ def _step_group(address, workspace_address, world, label):
         ends_here = workspace.span == left
         if ends_here and (part == LAST or workspace.waiting == 0):
             break
+        if part == LAST:
+            if not _go_on(header, workspace, world, count, num_contacts, span):
+                return _contacts_full(workspace)
+            continue
         bound = note_bound(header, workspace, num_contacts, count)
         outcome = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts)
         if ends_here and outcome == PASSES:
             pass_by(header, workspace, world, num_contacts)
             break
         if outcome == UNDECIDED:
-            status, num_contacts = _step_part(address, workspace_address, world, label, count, LAST, left)
+            span = left if crowd else min(left, _quiet_span(header, workspace, world, count))
+            status, num_contacts = _step_part(address, workspace_address, world, label, count, LAST, span)
             if status != OK:
                 return status
-            break
+            if span == left:
+                break
+            if not _go_on(header, workspace, world, count, num_contacts, span):
+                return _contacts_full(workspace)
+            spent += 1
+            continue
         if workspace.impact_time > 0.0:
             status = _go_to_impact(address, workspace_address, world, label, count, bound)
             if status != OK:
@@ -271,26 +283,52 @@ def _go_to_impact(address, workspace_address, world, label, count, bound):
     """Move the group, and its clock, to the instant that was found; return a status or MET."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
-    begins = states_in(header, workspace.begins)
-    ends = states_in(header, workspace.ends)
-    members = numbers_in(header, workspace.members)
     instant = workspace.impact_time
     if bound:
         status, num_contacts = _step_part(address, workspace_address, world, label, count, TO_IMPACT, instant)
         if status != OK:
             return status
-        if not part_with(workspace, num_contacts):
-            return _contacts_full(workspace)
-        remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, True)
-    else:
-        workspace.span = instant
-        fly_group(header, workspace, world, count)
+        return OK if _go_on(header, workspace, world, count, num_contacts, instant) else _contacts_full(workspace)
+    workspace.span = instant
+    fly_group(header, workspace, world, count)
+    _move(header, workspace, world, count, instant)
+    return OK
+
+
+@kernel
+def _go_on(header, workspace, world, count, num_contacts, span):
+    """Move the group, and its clock, to the end of a part that has been stepped; return whether there was room."""
+    if not part_with(workspace, num_contacts):
+        return False
+    remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, True)
+    _move(header, workspace, world, count, span)
+    return True
+
+
+@kernel
+def _move(header, workspace, world, count, span):
+    """The group begins where it has ended ``span`` [s] later."""
+    begins = states_in(header, workspace.begins)
+    ends = states_in(header, workspace.ends)
+    members = numbers_in(header, workspace.members)
     follow_gone(header, workspace, world)
     for number in range(count):
         copy_state(ends[members[number]], begins[members[number]])
-    workspace.elapsed += instant
+    workspace.elapsed += span
     move_support(header, workspace, world)
-    return OK
+
+
+@kernel
+def _quiet_span(header, workspace, world, count):
+    """[s] in which no body of the group turns far enough to show other faces than its contacts know of."""
+    bodies = bodies_of(header, world)
+    begins = states_in(header, workspace.begins)
+    members = numbers_in(header, workspace.members)
+    fastest = 0.0
+    for number in range(count):
+        body = members[number]
+        fastest = max(fastest, turning_speed(bodies[body], begins[body]))
+    return quiet_span(fastest, header.time_step)
 
 
 @kernel

@@ -91,6 +91,14 @@ def acts_at_once(contacts, order, first, last):
 
 
 @kernel
+def forget_impulses(contacts, order, first, last):
+    """Begin anew: what was solved for is no impulse to start from."""
+    for index in range(first, last):
+        vec3.store(contacts[order[index]].impulse, vec3.ZERO)
+        vec3.store(contacts[order[index]].moment, vec3.ZERO)
+
+
+@kernel
 def end_impact(
     bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body, ends
 ):

@@ -6,13 +6,14 @@ import numpy as np
 
 from ..contacts.located import ALL, FLYING, NONE, ROUND, SWINGING, any_lasts, located_last, mark_located
 from ..contacts.prediction import measure_end, newly_loaded, sort_out
+from ..contacts.turning import quiet_span, turning_speed
 from ..jit import call_stage, kernel, stage
-from ..memory import bodies_of, colliders_of, header_at, report_of, rest_of, starts_of, table, workspace_at
+from ..memory import bodies_of, colliders_of, fields_of, header_at, report_of, rest_of, starts_of, table, workspace_at
 from ..model import BODY_STATE, CONTACT, DULL, LAST, LEAST_BODIES, LIVELY, MESH, PLANE, TO_IMPACT, WHOLE
 from ..solver.exact import NEEDS_MEMORY
-from ..solver.workspace import ROW
 from .creep import add_creep, note_sticking
-from .impact import acts_at_once, end_impact, end_rebound, prepare_impact, prepare_rebound
+from .energy import energy_excess, is_jammed, stop, take_back
+from .impact import acts_at_once, end_impact, end_rebound, forget_impulses, prepare_impact, prepare_rebound
 from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
 from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, expect_supported, predict_places
@@ -20,7 +21,7 @@ from .solving import FULL, GAVE_UP, SOLVED, solve_velocities, solver_memory
 from .standing import keep_standing, note_standing, stands_still
 from .stillness import let_rest
 
-# Islands of so many bodies are stopped for all that they strike.
+# Islands of so many bodies are stopped for all that they strike, and stepped in parts in which they turn little.
 PAIR = 2
 
 
@@ -50,6 +51,10 @@ def _step_island(address, workspace_address, world, island):
         _stand(address, workspace_address, world, island)
         return True
     struck, calm = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
+    first_body, last_body = _range(workspace.body_starts, island)
+    few = last_body - first_body <= PAIR
+    if header.events == 1 and few and calm == workspace.span and any_lasts(contacts, order, first, last):
+        calm = _quiet_span(address, workspace_address, world, island)
     workspace.calm = min(workspace.calm, calm)
     workspace.budget = header.max_iterations
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
@@ -58,6 +63,23 @@ def _step_island(address, workspace_address, world, island):
     if outcome == GAVE_UP:
         call_stage(header.step_pile, address, workspace_address, world, island)
     return outcome != FULL
+
+
+@kernel
+def _quiet_span(address, workspace_address, world, island):
+    """[s] in which no body of an island turns by more than is smooth, or all of this part."""
+    header = header_at(address)
+    workspace = workspace_at(workspace_address)
+    bodies = bodies_of(header, world)
+    starts = starts_of(header, workspace)
+    members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
+    first_body, last_body = _range(workspace.body_starts, island)
+    fastest = 0.0
+    for index in range(first_body, last_body):
+        handle = members[index]
+        fastest = max(fastest, turning_speed(bodies[handle], starts[handle]))
+    quiet = quiet_span(fastest, header.time_step)
+    return workspace.span if workspace.span <= 1.1 * quiet else quiet
 
 
 @kernel
@@ -122,7 +144,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             struck, _ = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
         table(workspace.waits, workspace.waits_size, np.int64)[island] = located
         # What rests may never get to where it would fall without its support: first it is seen whether it does.
-        doubtful = lands and workspace.part == WHOLE and not struck
+        doubtful = lands and workspace.part == WHOLE and not (struck or swings)
         doubtful = doubtful and any_lasts(contacts, order, first, last)
         if located > 0 and not doubtful:
             workspace.waiting += 1
@@ -163,19 +185,30 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         )  # fmt: skip
         predictions += 1
         foreseen = predictions == MOST_PREDICTIONS or came_true(predicted, ends, contacts, order, first, last)
+    if not struck:
+        rows, _, blocks, _ = solver_memory(workspace)
+        note_sticking(time_step, contacts, order, first, last, rows)
+        let_rest(
+            bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body, ends
+        )  # fmt: skip
+        excess, struck = energy_excess(
+            bodies, fields_of(header), starts, flown, ends, contacts, order, first, last, members, first_body, last_body
+        )
+        if struck:
+            forget_impulses(contacts, order, first, last)
+        elif excess > 0.0 and last_body - first_body == 1:
+            handle = members[first_body]
+            take_back(
+                excess, bodies[handle], handle, starts[handle], working[handle], ends[handle], contacts, order, first,
+                last, blocks,
+            )  # fmt: skip
     if doubtful:
         if struck:
             workspace.waiting += 1
             return SOLVED
         table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
     places = predicted
-    if not struck:
-        rows = table(workspace.solver_rows, workspace.solver_rows_size, ROW)
-        note_sticking(time_step, contacts, order, first, last, rows)
-        let_rest(
-            bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body, ends
-        )  # fmt: skip
-    else:
+    if struck:
         places = starts
         prepare_impact(
             bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
@@ -193,6 +226,11 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             if outcome != SOLVED:
                 return outcome
             end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
+        if last_body - first_body == 1 and is_jammed(
+            bodies, flown, contacts, order, first, last, members, first_body, last_body
+        ):
+            handle = members[first_body]
+            stop(bodies[handle], handle, starts[handle], flown[handle], ends[handle], contacts, order, first, last)
     worst = measure_end(places, ends, contacts, order, first, last)
     projected = False
     if overlaps(contacts, order, first, last):
