@@ -36,6 +36,9 @@ SMALLEST_STEP = 1e-13
 MOST_STEPS = 60
 # D may grow by this many units of round-off in a step.
 ROUND_OFF = 8.0 * 2.220446049250313e-16
+# Added to |H|, whose size is 1 on flat ground: where the bend just cancels the distance a step would have no end. Larger:
+# it takes long to leave a saddle.
+SOFTEST = 1e-6
 
 
 @kernel
@@ -144,10 +147,15 @@ def _direction(j, dx, dy, dz, hold_x, hold_y):
         gy, hyy, hxy = 0.0, 1.0, 0.0
     determinant = hxx * hyy - hxy * hxy
     if not (hxx > 0.0 and determinant > 0.0):
+        # The surface bends away more sharply than p is far: |H|, the root of H^2, leads downhill on the same scale.
         full = False
-        hxx, hxy, hyy = 1.0 + j[1] * j[1], j[1] * j[2], 1.0 + j[2] * j[2]
-        if hold_x or hold_y:
-            hxy = 0.0
+        size = abs(determinant)
+        root = math.sqrt(hxx * hxx + hyy * hyy + 2.0 * (hxy * hxy + size))
+        hxx, hxy, hyy = (
+            (hxx * hxx + hxy * hxy + size) / root + SOFTEST,
+            hxy * (hxx + hyy) / root,
+            (hyy * hyy + hxy * hxy + size) / root + SOFTEST,
+        )
         determinant = hxx * hyy - hxy * hxy
     return (hxy * gy - hyy * gx) / determinant, (hxy * gx - hxx * gy) / determinant, full
 
@@ -176,7 +184,8 @@ def descend(patch, c, p, x, y):
             hold_x = (x <= patch[0] and gx > 0.0) or (x >= patch[6] and gx < 0.0)
             hold_y = (y <= patch[1] and gy > 0.0) or (y >= patch[7] and gy < 0.0)
             step_x, step_y, full = _direction(j, dx, dy, dz, hold_x, hold_y)
-            size = 1.0
+            # What is known of one cell says little of the next but one.
+            size = 1.0 if full else min(1.0, cell / max(math.hypot(step_x, step_y), SMALLEST_STEP * cell))
             last = full and abs(step_x) + abs(step_y) <= LAST_STEP * cell
         elif moved <= SMALLEST_STEP * cell:
             break
