@@ -36,8 +36,8 @@ SMALLEST_STEP = 1e-13
 MOST_STEPS = 60
 # D may grow by this many units of round-off in a step.
 ROUND_OFF = 8.0 * 2.220446049250313e-16
-# Added to |H|, whose size is 1 on flat ground: where the bend just cancels the distance a step would have no end. Larger:
-# it takes long to leave a saddle.
+# Added to |H|, whose size is 1 on flat ground: where the bend just cancels the distance a step would have no end.
+# Larger: it takes long to leave a saddle.
 SOFTEST = 1e-6
 
 
