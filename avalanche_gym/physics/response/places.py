@@ -65,13 +65,16 @@ def expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
 def expect_supported(starts, time_step, whole_step, contacts, order, first, last, bodies, handle, ends):
     """The first prediction of a body alone on its contacts: what it was pushed against holds, so it does not go on.
 
-    The normal velocities u_i of the contacts that bore load become what the solver will ask for, u_i', by impulses j_i
-    along the normals, found in a few sweeps. The trapezoid makes half a step of the velocities that they change:
+    The normal velocities u_i of the contacts that bore load become at least what the solver will ask for, u_i', by
+    impulses j_i along the normals, found in a few sweeps of projected Gauss-Seidel. The trapezoid makes half a step of
+    the velocities that they change:
 
-        u_i' = u_i + n_i . (dv + dw cross x_i),    dv = sum j_i n_i / m,    dw = I^-1 sum x_i cross j_i n_i,
+        u_i' <= u_i + n_i . (dv + dw cross x_i),    dv = sum j_i n_i / m,    dw = I^-1 sum x_i cross j_i n_i,
+        j_i >= 0,    j_i = 0 or equality,
         x' = x + h (v + dv / 2),    R' = exp(h dw / 2) R_free.
 
-    Friction moves along the surface, which leaves the gaps as they are.
+    Contacts only push: one that opens, as the facet that a body has just slid off, does not hold it back. Friction
+    moves along the surface, which leaves the gaps as they are. The impulses are kept in ``bias``, which is not set yet.
     """
     body = bodies[handle]
     place = quat.load(starts[handle].orientation)
@@ -79,6 +82,8 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
     drifts = drifts_away(contacts, order, first, last)
     change = vec3.ZERO
     turn = vec3.ZERO
+    for index in range(first, last):
+        contacts[order[index]].bias = 0.0
     for _ in range(EXPECTING_SWEEPS):
         settled = True
         for index in range(first, last):
@@ -93,14 +98,18 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
                 normal = vec3.neg(normal)
             lever = vec3.cross(vec3.sub(vec3.load(contact.start_position), center), normal)
             excess = contact.approach - wanted + vec3.dot(normal, change) + vec3.dot(lever, turn)
-            if 0.5 * time_step * abs(excess) <= SHARE_FORESEEN * FORESEEN * contact.size:
+            opens = excess >= 0.0 and contact.bias == 0.0
+            if opens or 0.5 * time_step * abs(excess) <= SHARE_FORESEEN * FORESEEN * contact.size:
                 continue
             settled = False
             turned_by = turn_by(body, place, lever)
             response = body.inverse_mass + vec3.dot(lever, turned_by)
             if response > 0.0:
-                change = vec3.add_scaled(change, -excess * body.inverse_mass / response, normal)
-                turn = vec3.add_scaled(turn, -excess / response, turned_by)
+                impulse = max(contact.bias - excess / response, 0.0)
+                added = impulse - contact.bias
+                contact.bias = impulse
+                change = vec3.add_scaled(change, added * body.inverse_mass, normal)
+                turn = vec3.add_scaled(turn, added, turned_by)
         if settled:
             break
     end = ends[handle]
