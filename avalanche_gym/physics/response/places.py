@@ -70,10 +70,11 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
     the velocities that they change:
 
         u_i' <= u_i + n_i . (dv + dw cross x_i),    dv = sum j_i n_i / m,    dw = I^-1 sum x_i cross j_i n_i,
-        j_i >= 0,    j_i = 0 or equality,
+        j_i >= 0,    j_i = 0 or equality    if there are several,
         x' = x + h (v + dv / 2),    R' = exp(h dw / 2) R_free.
 
-    Contacts only push: one that opens, as the facet that a body has just slid off, does not hold it back. Friction
+    Of several contacts one that opens may leave the load to the others, as the facet that a body has just slid off:
+    there they only push, beyond what keeps the velocity. A single one holds if free flight would close it. Friction
     moves along the surface, which leaves the gaps as they are. The impulses are kept in ``bias``, which is not set yet.
     """
     body = bodies[handle]
@@ -82,6 +83,7 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
     drifts = drifts_away(contacts, order, first, last)
     change = vec3.ZERO
     turn = vec3.ZERO
+    several = last - first > 1
     for index in range(first, last):
         contacts[order[index]].bias = 0.0
     for _ in range(EXPECTING_SWEEPS):
@@ -98,14 +100,15 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
                 normal = vec3.neg(normal)
             lever = vec3.cross(vec3.sub(vec3.load(contact.start_position), center), normal)
             excess = contact.approach - wanted + vec3.dot(normal, change) + vec3.dot(lever, turn)
-            opens = excess >= 0.0 and contact.bias == 0.0
+            opens = several and excess >= 0.0 and contact.bias == 0.0
             if opens or 0.5 * time_step * abs(excess) <= SHARE_FORESEEN * FORESEEN * contact.size:
                 continue
             settled = False
             turned_by = turn_by(body, place, lever)
             response = body.inverse_mass + vec3.dot(lever, turned_by)
             if response > 0.0:
-                impulse = max(contact.bias - excess / response, 0.0)
+                impulse = contact.bias - excess / response
+                impulse = max(impulse, 0.0) if several else impulse
                 added = impulse - contact.bias
                 contact.bias = impulse
                 change = vec3.add_scaled(change, added * body.inverse_mass, normal)
