@@ -145,6 +145,18 @@ def test_touchdown_speed_decides(speed, crashes):
     assert env.task.lanes[0]["touchdown"] == pytest.approx(speed, abs=0.05)
 
 
+@pytest.mark.parametrize("speed", [0.9, 1.6, 3.0])
+def test_a_crash_earns_nothing(speed):
+    """Slamming down upright stops the lander and brings all its feet to the ground, which is most of the potential."""
+    env = gymnasium.make(ID).unwrapped
+    env.reset(seed=0)
+    place(env.task, 0.03, velocity=(0.0, 0.0, -speed))
+    _, value, terminated, _, info = env.step(COAST)
+    assert terminated
+    assert info["reward_terms"]["shaping"] <= 0.0
+    assert value <= reward.CRASH
+
+
 def test_toppling_is_a_crash():
     env = gymnasium.make(ID).unwrapped
     env.reset(seed=0)

@@ -1,7 +1,8 @@
 """What PlanetLanding rewards: a potential that grows towards standing still on the ground, and how it ends.
 
 shaping   increase of the potential since the last step: lower, closer to the velocity that suits the altitude, more
-          upright and with less spin, closer to the site if there is one, and more feet on the ground
+          upright and with less spin, closer to the site if there is one, and more feet on the ground; a crash earns
+          none of it, or slamming down, which stops and brings all feet to the ground at once, would pay half of itself
 fuel      minus what was burnt
 time      minus a little for each step, so that hovering does not pay
 rest      for each control step of a rest, taken back when the rest is broken
@@ -69,7 +70,8 @@ def judge_lane(lane, terms, position, orientation, velocity, spin):
     crashed = lane.crashed == 1
     escaped = lane.altitude > ESCAPE_ALTITUDE
     success = lane.rest >= REST_STEPS and not crashed
-    terms[0] = lane.potential - before
+    gained = lane.potential - before
+    terms[0] = min(gained, 0.0) if crashed else gained
     terms[1] = FUEL * lane.burnt
     terms[2] = TIME
     terms[3] = REST * (lane.rest - rested)
