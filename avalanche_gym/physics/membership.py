@@ -16,6 +16,7 @@ from .construction import Tables, rows_of, rules_of
 from .model import COLLIDER, DYNAMIC, KINEMATIC, NUM_SHAPES, REMOVED
 from .scene import Body, Scene
 from .shapes import HeightField
+from .stages import pair_stage
 from .storage import Storage
 
 EVERY_WORLD = np.ones(1, np.bool_)
@@ -116,7 +117,7 @@ def _functions_of(storage: Storage, body: Body) -> dict[int, int]:
     for other in np.unique(shapes).tolist():
         for code in own:
             pair = (min(code, other), max(code, other))
-            functions[pair[0] * NUM_SHAPES + pair[1]] = storage.pair_stage(pair).address
+            functions[pair[0] * NUM_SHAPES + pair[1]] = pair_stage(pair).address
     return functions
 
 

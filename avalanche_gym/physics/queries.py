@@ -17,6 +17,7 @@ from .probes.overlap import overlapping_bodies
 from .probes.probe import PROBE
 from .selection import select_body, select_worlds
 from .shapes import Box, Capsule, Cylinder, Shape, Sphere, checks
+from .stages import pair_stage
 
 if TYPE_CHECKING:
     from .readings import Readings
@@ -146,7 +147,6 @@ class Prober:
         """(NUM_SHAPES,) addresses of the contact functions of the pairs with a shape."""
         name = f"overlap {shape.code}"
         if name not in self._addresses:
-            pair_stage = self._world._storage.pair_stage
             addresses = np.zeros(NUM_SHAPES, np.int64)
             for other in self._shapes:
                 addresses[other] = pair_stage((min(shape.code, other), max(shape.code, other))).address

@@ -22,8 +22,8 @@ class Stepper:
         self._remaining = storage.arrays["remaining"]
         self._reports = storage.arrays["reports"]
         # Each thread has a workspace and a run of worlds: (address of the workspace, first world, one past the last).
-        bounds = np.linspace(0, storage.num_worlds, len(storage.workspaces) + 1).astype(int).tolist()
-        addresses = [int(workspace.ctypes.data) for workspace in storage.workspaces]
+        addresses = storage.workspaces.addresses
+        bounds = np.linspace(0, storage.num_worlds, len(addresses) + 1).astype(int).tolist()
         shares = zip(addresses, bounds[:-1], bounds[1:], strict=True)
         self._shares = [(storage.address, *share) for share in shares]
         self._first = self._shares[0]

@@ -1,48 +1,22 @@
-"""Owns the memory of a world: every table, the header that leads kernels to them, and scratch for each thread."""
+"""Owns the memory of a world: every table, and the header that leads kernels to them."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, groups, hindsight, response, seams
 from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
-from .contacts import sleeping
-from .events import impact_time
-from .jit import Stage
-from .memory import HEADER, MODEL_TABLES, WORKSPACE, WORKSPACE_TABLES, WORLD_TABLES
-from .model import (
-    CONTACT,
-    CONTACTS_FULL,
-    DYNAMIC,
-    HEIGHT_POOLS,
-    KINEMATIC,
-    LEAST_BODIES,
-    NUM_SHAPES,
-    PAIRS_FULL,
-    PLANE,
-    REPORT,
-    REST,
-    SHAPE_NAMES,
-    SOLVER_FULL,
-)
-from .narrow_phase.answers import MOST_ANSWERS, MOST_QUESTIONS
-from .narrow_phase.pair_query import PAIR_QUERY
-from .narrow_phase.pairs import PAIR_STAGES
+from .memory import HEADER, MODEL_TABLES, WORLD_TABLES
+from .model import CONTACT, CONTACTS_FULL, HEIGHT_POOLS, KINEMATIC, PAIRS_FULL, REPORT, REST, SOLVER_FULL
 from .options import Options
-from .probes.ask import NEAREST_STAGES
-from .probes.probe import PROBE
-from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
+from .stages import choose_broad_phase, choose_tiers, write_stages
+from .workspaces import Workspaces, table_sizes
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more
-GRID_FROM = 64  # bodies; with fewer, testing each with each is cheaper than looking up those that move
-CLIPPING_FLOATS = 264 * 8  # scratch of one pair of shapes
-MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
 # Mass and inertia that belong together: from these a mass set later gets its inertia, whatever was set in between.
 PROPORTION = np.dtype([("mass", np.float64), ("inertia", np.float64, 3)])  # (worlds, bodies) [kg], [kg m^2]
@@ -79,7 +53,6 @@ class Storage:
     def __init__(self, tables: Tables, num_worlds: int, options: Options) -> None:
         self.num_worlds = num_worlds
         self.options = options
-        self.grid = False  # whether pairs come from the hash grid
         own = tables.arrays
         num_bodies = len(own["bodies"])
         self.arrays: dict[str, NDArray[Any]] = {name: np.ascontiguousarray(own[name]) for name in MODEL_TABLES}
@@ -107,12 +80,10 @@ class Storage:
         self._whole_initial: dict[str, NDArray[Any]] = {}
         self.header = np.zeros(1, HEADER)
         self._write_constants()
+        self._choose_broad_phase()
         self._make_grid()
-        threads = min(options.threads, num_worlds)
-        self.workspaces = [np.zeros(1, WORKSPACE) for _ in range(threads)]
-        self._scratch: list[dict[str, NDArray[Any]]] = [{} for _ in range(threads)]
-        for number in range(threads):
-            self.size_workspace(number, pairs=self._pair_capacity(), blocks=0, integers=0)
+        self.workspaces = Workspaces(min(options.threads, num_worlds))
+        self._size_workspaces(pairs=self._pair_capacity())
         self.link()
 
     def keep_initial(self) -> None:
@@ -132,7 +103,7 @@ class Storage:
                     whole[name][:, :before] = table[:, :before]
             self._choose_broad_phase()
             self._make_grid()
-            self.size_workspace(0, pairs=self._pair_capacity(), blocks=0, integers=0)
+            self._size_workspaces(pairs=self._pair_capacity())
             grown = True
         for name, table in self._whole.items():
             self.arrays[name] = table[:, :count]
@@ -171,45 +142,18 @@ class Storage:
 
     def _write_constants(self) -> None:
         """What never changes: sizes of the scene, options, and the addresses of the stages that it needs."""
-        header, arrays, options = self.header[0], self.arrays, self.options
-        bodies = arrays["bodies"][0]
+        header, arrays = self.header[0], self.arrays
         header["num_worlds"], header["num_bodies"] = arrays["bodies"].shape
-        header["num_materials"] = int(bodies["material"].max(initial=0)) + 1
-        header["collisions"] = bool((bodies["motion"] == DYNAMIC).any() and (bodies["num_colliders"] > 0).sum() > 1)
-        header["time_step"] = options.time_step
-        header["tolerance"] = options.tolerance
-        header["max_iterations"] = options.max_iterations
-        header["substeps"] = options.substeps
-        header["events"] = options.events
-        header["fly_bodies"] = detection.fly_bodies.address
-        header["commit"] = response.commit.address
-        header["sleeping"] = bool(options.sleeping and (bodies["motion"] == DYNAMIC).any())
-        if header["sleeping"]:
-            header["settle"] = sleeping.settle.address
-        if header["collisions"]:
-            self._choose_broad_phase()
-            header["find_contacts"] = detection.find_contacts.address
-            header["sort_contacts"] = response.sort_contacts.address
-            header["step_islands"] = response.step_islands.address
-            header["solve_problem"] = response.solve_problem.address
-            self.choose_tiers()
-            arrays["pair_functions"] = self._pair_functions()
-            header["part_overlaps"] = hindsight.part_overlaps.address
-            header["follow_contacts"] = detection.follow_contacts.address
-            self._watch_seams()
-            header["step_groups"] = groups.step_groups.address
-            header["find_impact_time"] = impact_time.find_impact_time.address
-            header["strike"] = response.strike.address
+        header["num_materials"] = int(arrays["bodies"]["material"][0].max(initial=0)) + 1
+        write_stages(header, arrays, self.options)
 
     def choose_tiers(self) -> None:
-        """The pile tier is there for worlds of many bodies; call it when bodies have come or gone."""
-        many = (self.arrays["bodies"]["motion"][0] == DYNAMIC).sum() >= LEAST_BODIES
-        self.header["step_pile"] = response.step_pile.address if many else 0
+        """Call it when bodies have come or gone."""
+        choose_tiers(self.header[0], self.arrays)
 
     def _choose_broad_phase(self) -> None:
-        self.grid = self.room >= GRID_FROM
-        find_pairs = detection.find_pairs_in_grid if self.grid else detection.find_pairs
-        self.header["find_pairs"] = find_pairs.address
+        """Whether pairs come from the hash grid."""
+        self.grid = bool(self.header["collisions"][0]) and choose_broad_phase(self.header[0], self.room)
 
     def link(self) -> None:
         """Write sizes and addresses of all tables into the header; call it whenever some were replaced."""
@@ -242,109 +186,19 @@ class Storage:
         if self.moving_heights:
             self._make_room_for_moving_heights()
 
-    def _pair_functions(self) -> NDArray[np.int64]:
-        """Addresses of the functions of the pairs of shapes that can meet in this scene; these alone are compiled."""
-        colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
-        owners: dict[int, set[int]] = {}
-        for shape, body in zip(colliders["shape"].tolist(), colliders["body"].tolist(), strict=True):
-            owners.setdefault(shape, set()).add(body)
-        dynamic = set(np.flatnonzero(motion == DYNAMIC).tolist())
-        addresses = np.zeros((NUM_SHAPES, NUM_SHAPES), np.int64)
-        for pair in itertools.combinations_with_replacement(sorted(owners), 2):
-            a, b = (owners[shape] for shape in pair)
-            # Two different bodies, at least one of them dynamic.
-            if any(one & dynamic and other and len((one & dynamic) | other) > 1 for one, other in ((a, b), (b, a))):
-                addresses[pair] = self.pair_stage(pair).address
-        return addresses.reshape(-1)
-
-    def _watch_seams(self) -> None:
-        """Where several colliders are ground together, what one of them hides of another is left out (seams.py)."""
-        colliders, motion = self.arrays["colliders"], self.arrays["bodies"]["motion"][0]
-        ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
-        if len(ground) > 1 and (ground != PLANE).any():
-            for shape in set(ground.tolist()):
-                self.arrays["nearest_functions"][shape] = NEAREST_STAGES[shape].address
-            self.header[0]["hide_seams"] = seams.hide_seams.address
-            self.header[0]["cross_seams"] = seams.cross_seams.address
-
-    @staticmethod
-    def pair_stage(pair: tuple[int, int]) -> Stage:
-        """The function of a pair of shapes, the smaller code first."""
-        if pair not in PAIR_STAGES:
-            a, b = (SHAPE_NAMES[code] for code in pair)
-            raise ValueError(
-                f"World: this scene lets a {a} meet a {b}, and there is no collision test for that pair. Use other "
-                "shapes, or make neither of the two dynamic."
-            )
-        return PAIR_STAGES[pair]
-
-    def size_workspace(self, number: int, *, pairs: int, blocks: int, integers: int) -> None:
-        """Allocate the scratch of one thread; contacts follow the capacity of the worlds."""
-        num_bodies = self.room
+    def _size_workspaces(
+        self, pairs: int = 0, blocks: int = 0, integers: int = 0, threads: slice = slice(None)
+    ) -> None:
+        """Room for the bodies and contacts of a world, for as many pairs, and for a factorisation."""
         contacts = self.arrays["contacts"].shape[1]
-        sizes = {
-            "flown": num_bodies,
-            "predicted": num_bodies,
-            "working": num_bodies,
-            "ends": num_bodies,
-            "begins": num_bodies,
-            "group": num_bodies,
-            "waits": num_bodies,
-            "members": num_bodies,
-            "chain": num_bodies,
-            "chain_starts": num_bodies,
-            "movers": num_bodies,
-            "past_links": 2 * contacts,
-            "past_starts": num_bodies,
-            "near": num_bodies,
-            "strayed": num_bodies,
-            "stray": num_bodies,
-            "bound": num_bodies,
-            "reached": 6 * num_bodies,
-            "recent": contacts,
-            "kept": contacts,
-            "gone": contacts,
-            "boxes": 6 * num_bodies,
-            "pairs": 2 * pairs,
-            "ground_links": pairs,
-            "ground_firsts": num_bodies,
-            "found": pairs if self.grid else 0,
-            "contacts": contacts,
-            "asked": MOST_ASKED,
-            "questions": MOST_QUESTIONS,
-            "answers": MOST_ANSWERS,
-            "sums": 6 * num_bodies,
-            "island": num_bodies,
-            "island_starts": num_bodies + 1,
-            "island_bodies": num_bodies,
-            "body_starts": num_bodies + 1,
-            "order": contacts,
-            "clipping": CLIPPING_FLOATS,
-            "query": PAIR_QUERY.itemsize,
-            "probe": PROBE.itemsize,
-            "solver_rows": 2 * contacts,  # contacts and moments
-            "solver_nodes": num_bodies + 1,
-            "solver_blocks": 36 * max(blocks, BLOCKS_PER_BODY * num_bodies + 1),
-            "pile_rows": contacts,
-            "pile_moments": contacts,
-            "pile_nodes": num_bodies + 1,
-            "solver_index": max(integers, INDEX_PER_BODY * num_bodies + 64),
-        }
-        scratch, record = self._scratch[number], self.workspaces[number][0]
-        for name, size in sizes.items():
-            if name not in scratch or scratch[name].size < size:
-                scratch[name] = np.zeros(size, WORKSPACE_TABLES[name])
-            record[name] = scratch[name].ctypes.data
-            record[f"{name}_size"] = scratch[name].size
+        sizes = table_sizes(self.room, contacts, pairs, grid=self.grid, blocks=blocks, integers=integers)
+        self.workspaces.make_room(sizes, threads)
 
     def _make_room_for_moving_heights(self) -> None:
         """Allocate in each workspace the samples at another instant than the start of a step."""
         samples = self.arrays["heights"].shape[1]
-        for scratch, record in zip(self._scratch, self.workspaces, strict=True):
-            for name in ("heights_then", "height_velocities", "height_accelerations"):
-                if name not in scratch or scratch[name].size < samples:
-                    scratch[name] = np.zeros(samples)
-                    record[0][name], record[0][f"{name}_size"] = scratch[name].ctypes.data, samples
+        sizes = dict.fromkeys(("heights_then", "height_velocities", "height_accelerations"), samples)
+        self.workspaces.make_room(sizes)
 
     def make_room(self) -> None:
         """Enlarge what the last run found too small, as its reports say."""
@@ -353,8 +207,7 @@ class Storage:
         if pairs:
             self._make_candidates(2 * pairs)
             self.link()
-            for number in range(len(self.workspaces)):
-                self.size_workspace(number, pairs=2 * pairs, blocks=0, integers=0)
+            self._size_workspaces(pairs=2 * pairs)
         if (status == SOLVER_FULL).any():
             self._grow_solver()
         contacts = int(detail[status == CONTACTS_FULL].max(initial=0))
@@ -388,15 +241,14 @@ class Storage:
                 grown = np.zeros((self.num_worlds, capacity), CONTACT)
                 grown[:, : old.shape[1]] = old
                 self.arrays[name] = grown
-        for number in range(len(self.workspaces)):
-            self.size_workspace(number, pairs=0, blocks=0, integers=0)
+        self._size_workspaces()
         self.link()
 
     def _grow_solver(self) -> None:
         """Room for the factorisation that did not fit; the solver left the sizes it wants in its index."""
-        for number, scratch in enumerate(self._scratch):
-            blocks, integers = (int(size) for size in scratch["solver_index"][:2])
-            self.size_workspace(number, pairs=0, blocks=blocks + blocks // 2, integers=integers + integers // 2)
+        for number, tables in enumerate(self.workspaces.tables):
+            blocks, integers = (size + size // 2 for size in tables["solver_index"][:2].tolist())
+            self._size_workspaces(blocks=blocks, integers=integers, threads=slice(number, number + 1))
 
     def separate_heights(self, moving: bool) -> None:
         """Give every world heights of its own, and rates if they move. Rates that worlds share are zero."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avalanche_gym import physics
-from avalanche_gym.physics import storage
+from avalanche_gym.physics import stages
 
 
 def cluttered(offset: float) -> physics.Scene:
@@ -30,7 +30,7 @@ def cluttered(offset: float) -> physics.Scene:
 def test_the_broad_phase_changes_no_bit(monkeypatch, offset):
     worlds = []
     for limit in (0, 1000):
-        monkeypatch.setattr(storage, "GRID_FROM", limit)
+        monkeypatch.setattr(stages, "GRID_FROM", limit)
         world = physics.World(cluttered(offset), num_worlds=2)
         world.apply_impulse(3, (0.5, 0.0, 0.0), world=1)
         for _ in range(6):
@@ -44,7 +44,7 @@ def test_the_broad_phase_changes_no_bit(monkeypatch, offset):
 
 
 def test_bodies_that_are_placed_elsewhere_are_found_there(monkeypatch):
-    monkeypatch.setattr(storage, "GRID_FROM", 0)
+    monkeypatch.setattr(stages, "GRID_FROM", 0)
     scene = physics.Scene()
     one = scene.add_body(physics.Sphere(1.0))
     two = scene.add_body(physics.Sphere(1.0), position=(5.0, 0.0, 0.0))

@@ -33,7 +33,7 @@ def rolling_crowd():
 
 def fill_with_noise(world, generator):
     """Every scratch table: numbers that are wrong, but no addresses."""
-    for name, table in world._storage._scratch[0].items():
+    for name, table in world._storage.workspaces.tables[0].items():
         for field in table.dtype.names or (None,):
             column = table if field is None else table[field]
             if name in ("query", "probe"):  # addresses of the question that is asked
