@@ -22,7 +22,7 @@ TERMS = ("shaping", "fuel", "time", "rest", "success", "crash", "escape")
 
 ALTITUDE = 1.0  # [1/m]
 VELOCITY = 2.0  # [s/m]
-TILT = 2.0  # at the ground; per unit of 1 - cos(tilt)
+TILT = 6.0  # at the ground; per unit of 1 - cos(tilt). With a third of it standing askew paid nearly as much
 SPIN = 0.5  # [s/rad]
 SITE = 0.5  # [1/m]
 FOOT = 1.0  # for each foot on the ground
