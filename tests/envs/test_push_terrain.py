@@ -5,32 +5,19 @@ import numpy as np
 import pytest
 
 from avalanche_gym.envs.push_terrain import PushTerrainTask, scene
-from tests.envs.environments import LEVELS, pushing_policy, started
+from tests.envs.environments import LANES, LEVELS, pushing_policy, started, success_rate
 
 ID = "avalanche/PushTerrain-v0"
-LANES = 40
-
-
-def success_rate(policy, level="easy", seed=0):
-    """Share of the first episodes of LANES lanes that succeed."""
-    env = gymnasium.make_vec(ID, num_envs=LANES, level=level)
-    rows, _ = env.reset(seed=seed)
-    running, won = np.ones(LANES, bool), np.zeros(LANES, bool)
-    while running.any():
-        rows, _, terminated, truncated, infos = env.step(policy(rows))
-        won |= running & infos["is_success"]
-        running &= ~(terminated | truncated)
-    return won.mean()
 
 
 def test_a_simple_controller_solves_level_easy():
-    assert success_rate(pushing_policy) >= 0.9
+    assert success_rate(ID, pushing_policy) >= 0.9
 
 
 def test_chance_does_not():
     generator = np.random.default_rng(0)
-    assert success_rate(lambda rows: generator.uniform(-1, 1, (LANES, 2)), seed=1) < 0.1
-    assert success_rate(lambda rows: np.zeros((LANES, 2)), seed=1) == 0.0
+    assert success_rate(ID, lambda rows: generator.uniform(-1, 1, (LANES, 2)), seed=1) < 0.1
+    assert success_rate(ID, lambda rows: np.zeros((LANES, 2)), seed=1) == 0.0
 
 
 @pytest.mark.parametrize("level", LEVELS)
