@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from avalanche_gym import physics
 
@@ -52,6 +53,27 @@ def test_octahedron_comes_to_rest_on_a_face():
     world, body = settle(physics.ConvexHull(OCTAHEDRON), 0.3, seconds=6.0, angular_velocity=(0.3, 0.2, 0.0))
     assert world.position[0, body, 2] == pytest.approx(0.2 / np.sqrt(3.0), abs=1e-7)
     assert world.kinetic_energy()[0] < 1e-12
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.3, np.pi / 4])
+def test_a_cylinder_that_leans_down_a_slope_stands_still(yaw):
+    """What it weighs comes to bear at 0.9 of its radius: beyond the sides of a square in its rim."""
+    slope = np.arctan(0.9 * 0.15 / 0.1)
+    tilt = Rotation.from_rotvec([0.0, slope, 0.0])
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    rough = physics.Material(friction=3.0)
+    scene.add_body(physics.Plane(), motion="static", orientation=tilt.as_quat(scalar_first=True), material=rough)
+    turned = tilt * Rotation.from_rotvec([0.0, 0.0, yaw])
+    start = tilt.apply([0.0, 0.0, 0.1])
+    body = scene.add_body(
+        physics.Cylinder(0.15, 0.1), mass=1.0, position=start, orientation=turned.as_quat(scalar_first=True),
+        material=rough,
+    )  # fmt: skip
+    world = physics.World(scene)
+    world.step(480)
+    np.testing.assert_allclose(world.position[0, body], start, rtol=0.0, atol=1e-12)
+    assert np.abs(world.linear_velocity[0, body]).max() < 1e-12
 
 
 @pytest.mark.parametrize("ground", [physics.Plane(), physics.Box((40.0, 2.0, 0.5))])

@@ -118,9 +118,9 @@ def tilted_path(name, floor, tilt, rate, seconds):
 
 
 @pytest.mark.parametrize("rate", [60, 240])
-@pytest.mark.parametrize("name", ["sphere", "capsule", "box", "hull", "lying cylinder"])
+@pytest.mark.parametrize("name", BODIES)
 def test_a_tilted_floor_with_spin_and_friction(name, rate):
-    """No edge of it lies along an axis. How the corners of a box share the load is a law, not round-off."""
+    """No edge of it lies along an axis. How the points of a body share the load is a law, not round-off."""
     tilt = Rotation.from_rotvec([0.09, 0.12, 0.0])
     vertices, faces = oracle.random_floor(np.random.default_rng(1), size=14.0, points=150)
     expected = tilted_path(name, physics.Plane(), tilt, rate, 2.0)
@@ -128,21 +128,26 @@ def test_a_tilted_floor_with_spin_and_friction(name, rate):
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=ALLOWED)
 
 
+@pytest.mark.parametrize(("noise", "allowed"), [(1e-9, 1e-6), (1e-12, ALLOWED)])
 @pytest.mark.parametrize("rate", [60, 240])
-@pytest.mark.parametrize("name", ["box", "hull"])
-def test_a_floor_flat_to_twelve_digits_is_flat(name, rate):
-    """Normals that differ by 1e-12 leave all corners their share, and do not make three of them bear all."""
+@pytest.mark.parametrize("name", ["box", "hull", "standing cylinder"])
+def test_a_floor_flat_to_nine_digits_is_flat(name, rate, noise, allowed):
+    """Normals that differ by as little leave all points their share, and do not make three of them bear all.
+
+    What remains is that the floor leans, and lies lower or higher than the plane: by more than a body calls touching
+    (1e-10 m), so that the first step begins with an impact.
+    """
     tilt = Rotation.from_rotvec([0.09, 0.12, 0.0])
     rng = np.random.default_rng(5)
     vertices, faces = oracle.random_floor(rng, size=14.0, points=150)
-    rough = physics.TriangleMesh(vertices + 1e-12 * rng.normal(size=vertices.shape), faces)
+    rough = physics.TriangleMesh(vertices + noise * rng.normal(size=vertices.shape), faces)
     expected = tilted_path(name, physics.Plane(), tilt, rate, 2.0)
-    np.testing.assert_allclose(tilted_path(name, rough, tilt, rate, 2.0), expected, rtol=0.0, atol=ALLOWED)
+    np.testing.assert_allclose(tilted_path(name, rough, tilt, rate, 2.0), expected, rtol=0.0, atol=allowed)
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("rate", [60, 240])
-@pytest.mark.parametrize("name", ["sphere", "capsule", "box", "hull", "lying cylinder"])
+@pytest.mark.parametrize("rate", [30, 60, 240])
+@pytest.mark.parametrize("name", BODIES)
 def test_ten_tilted_triangulations_for_five_seconds(name, rate):
     """From 0 to 20 degrees; large enough for what rolls down."""
     rng = np.random.default_rng(3)

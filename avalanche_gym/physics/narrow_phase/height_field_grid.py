@@ -34,10 +34,10 @@ from .terrain_shape import (
     reach_squared_of,
 )
 
-# An edge is flat below this angle [rad] between its faces: heights sampled from a plane carry round-off. What is lost
-# is a bend that lets a body sink by this much of a cell.
-FLAT_ANGLE = 1e-10
-# ... or below a second difference of this many units of round-off of the heights themselves.
+# An edge is flat below a second difference of the heights of this fraction of the size of the field: a floor that is
+# flat to nine digits is flat, as it is for meshes (shapes/mesh_preparation.py). A body may sink in by as much.
+FLAT_HEIGHT = 1e-9
+# ... plus one of this many units of round-off of the heights themselves.
 FLAT_ROUND_OFF = 16.0 * 2.220446049250313e-16
 
 # Most rows of the list that one sample and its edges fill.
@@ -49,7 +49,8 @@ def grid_of(field):
     """``grid`` of a HEIGHT_FIELD_ROW."""
     dx = field.extent[0] / (field.columns - 1)
     dy = field.extent[1] / (field.rows - 1)
-    flat = FLAT_ANGLE * min(dx, dy) + FLAT_ROUND_OFF * max(abs(field.lowest), abs(field.highest))
+    flat = FLAT_HEIGHT * max(field.extent[0], field.extent[1])
+    flat += FLAT_ROUND_OFF * max(abs(field.lowest), abs(field.highest))
     return (-0.5 * field.extent[0], -0.5 * field.extent[1], dx, dy, 1.0 / dx, 1.0 / dy, flat)
 
 

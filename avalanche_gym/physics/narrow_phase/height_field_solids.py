@@ -12,7 +12,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .cylinder import CLEARLY_LOWER, toward_plane
+from .cylinder import FLAT_POINTS, toward_plane
 from .height_field import (
     comes_over_facet,
     corners_against_faces,
@@ -56,13 +56,11 @@ def _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, a
                 tilt = math.sqrt(down[0] * down[0] + down[1] * down[1])
                 if height - abs(down[2]) * half_length - tilt * radius > margin:
                     continue
-                lowest = math.inf
-                for k in range(5):
+                for k in range(FLAT_POINTS):
                     local, feature, exists = toward_plane(radius, half_length, down, k)
                     gap = height - vec3.dot(down, local)
-                    if not exists or gap > margin or (k == 4 and gap >= lowest - CLEARLY_LOWER * radius):
+                    if not exists or gap > margin:
                         continue
-                    lowest = min(lowest, gap)
                     p = vec3.add(center, mat3.apply(axes, local))
                     base = p
                     if gap < -slack:
@@ -92,13 +90,11 @@ def _cylinder_against_walls(grid, heights, rows, columns, radius, half_length, a
         if height <= 0.0:
             continue
         down = vec3.neg(mat3.apply_transposed(axes, n))
-        lowest = math.inf
-        for k in range(5):
+        for k in range(FLAT_POINTS):
             local, part, exists = toward_plane(radius, half_length, down, k)
             gap = height - vec3.dot(down, local)
-            if not exists or gap > margin or (k == 4 and gap >= lowest - CLEARLY_LOWER * radius):
+            if not exists or gap > margin:
                 continue
-            lowest = min(lowest, gap)
             p = vec3.add(center, mat3.apply(axes, local))
             x, y = min(max(p[0], grid[0]), -grid[0]), min(max(p[1], grid[1]), -grid[1])
             beside = p[1] != y if axis == 0 else p[0] != x

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .cylinder import CLEARLY_LOWER, toward_plane
+from .cylinder import FLAT_POINTS, toward_plane
 from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, over_face, tables_of
 from .mesh_features import list_faces, list_features, listed_face
 from .mesh_surface import is_way_out, push_out, side_of
@@ -31,13 +29,11 @@ def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, hal
     n = vec3.scale(side, vec3.load(face.normal))
     height = vec3.dot(n, vec3.sub(center, vec3.load(vertices[face.vertices[0]].position)))
     down = vec3.neg(mat3.apply_transposed(axes, n))
-    lowest = math.inf
-    for k in range(5):
+    for k in range(FLAT_POINTS):
         local, feature, exists = toward_plane(radius, half_length, down, k)
         gap = height - vec3.dot(down, local)
-        if not exists or gap > margin or (k == 4 and gap >= lowest - CLEARLY_LOWER * radius):
+        if not exists or gap > margin:
             continue
-        lowest = min(lowest, gap)
         p = vec3.add(center, mat3.apply(axes, local))
         if gap < -REGION_SLACK * scale:
             counts = is_way_out(vertices, faces, nodes, face, side, p)

@@ -31,8 +31,12 @@ from .static_tree import build_static_tree
 
 # [rad] An edge is flat below this angle. What is lost is a bend that lets a body sink by this much of a face.
 FLAT_ANGLE = 1e-9
-# ... plus what this many units of round-off of the coordinates can tilt a face.
+# ... plus what this many units of round-off of the coordinates can tilt a face,
 FLAT_ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
+# ... and vertices that are off its plane by this fraction of the size of the mesh: a floor that is flat to nine digits
+# is flat. Smaller: noise in the ninth digit makes edges and corners that bear. Larger: bodies of a hundredth of the
+# mesh sink in by more than what they leave alone (response/creep.py, SETTLED).
+FLAT_HEIGHT = 1e-9
 
 
 @dataclass
@@ -121,43 +125,86 @@ def _pair_around_edge(points: Floats, triangles: Ints, halves: Ints, sign: Ints)
     return pairs
 
 
-def _tables(
-    points: Floats, triangles: Ints, neighbours: Ints, closed: bool, two_sided: bool, repairs: dict[str, int]
-) -> PreparedMesh:
-    """Normals, what sticks out, the tree, and all of it as tables."""
-    points, triangles = compact(points, triangles)
-    corners = points[triangles]
-    nodes, order = build_static_tree(corners.min(axis=1), corners.max(axis=1))
-    triangles = triangles[order]
-    place = np.empty(len(order) + 1, np.int64)
-    place[order] = np.arange(len(order))
-    place[-1] = -1
-    neighbours = place[neighbours[order]]
-    m = len(triangles)
+def _flat_parts(points: Floats, triangles: Ints, neighbours: Ints) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """Faces that lie in one plane share its normal, and vertices of such faces alone are put into it.
 
+    Returns:
+        points (n, 3) [m]; normals (m, 3); for each edge of each face, (m, 3), the sine of its bend, positive where the
+        neighbour falls away from the plane of the face, and whether it is flat.
+    """
+    m = len(triangles)
     scaled = scaled_normals(points, triangles)
     area = np.linalg.norm(scaled, axis=1)
     normals = scaled / area[:, None]
-    rim = neighbours < 0
-    round_off = FLAT_ROUND_OFF * float(np.abs(points).max()) / altitudes(points, triangles, scaled)
-    # The sine of the bend: positive where the neighbour falls away from the plane of the face.
+    noise = FLAT_ROUND_OFF * float(np.abs(points).max())
+    off = FLAT_HEIGHT * float(np.ptp(points, axis=0).max()) + noise
+    tilt = off / altitudes(points, triangles, scaled)
     bend = np.zeros((m, 3))
     is_flat = np.zeros((m, 3), bool)
     for side in range(3):
-        f = np.flatnonzero(~rim[:, side])
+        f = np.flatnonzero(neighbours[:, side] >= 0)
         g = neighbours[f, side]
         m1 = np.cross(normals[f], points[triangles[f, (side + 1) % 3]] - points[triangles[f, side]])
         sine = -np.einsum("ij,ij->i", m1, normals[g]) / np.linalg.norm(m1, axis=1)
         alike = np.einsum("ij,ij->i", normals[f], normals[g]) > 0.0
         bend[f, side] = sine
-        is_flat[f, side] = alike & (np.abs(sine) <= FLAT_ANGLE + round_off[f] + round_off[g])
+        is_flat[f, side] = alike & (np.abs(sine) <= FLAT_ANGLE + tilt[f] + tilt[g])
     f, k = np.nonzero(is_flat)
     count, group = components(f, neighbours[f, k], m)
     if count < m:
         shared = np.stack([np.bincount(group, weights=scaled[:, i], minlength=count) for i in range(3)], axis=1)
-        shared = (shared / np.linalg.norm(shared, axis=1)[:, None])[group]
-        lies_in = np.linalg.norm(shared - normals, axis=1) <= 2.0 * (FLAT_ANGLE + round_off)
-        normals = np.where(lies_in[:, None], shared, normals)
+        shared = shared / np.linalg.norm(shared, axis=1)[:, None]
+        lies_in = np.linalg.norm(shared[group] - normals, axis=1) <= 2.0 * (FLAT_ANGLE + tilt)
+        normals = np.where(lies_in[:, None], shared[group], normals)
+        points = _flattened(points, triangles, np.where(lies_in, group, -1), shared, area, noise, off)
+    return points, normals, bend, is_flat
+
+
+def _flattened(
+    points: Floats, triangles: Ints, plane: Ints, normals: Floats, area: Floats, noise: float, off: float
+) -> Floats:
+    """The points (n, 3), those that are ``off`` [m] at most, and more than ``noise`` [m], the one plane of all their
+    faces put into it.
+
+    ``plane``: (m,) number of that of each face, -1 if it has none; ``normals``: of the planes.
+    """
+    count = len(normals)
+    own = plane >= 0
+    middle = points[triangles[own]].mean(axis=1)
+    weight = np.bincount(plane[own], weights=area[own], minlength=count)
+    level = np.einsum("ij,ij->i", middle, normals[plane[own]])
+    moment = np.bincount(plane[own], weights=area[own] * level, minlength=count)
+    height = moment / np.where(weight > 0.0, weight, 1.0)
+    lowest = np.full(len(points), count, np.int64)
+    highest = np.full(len(points), -2, np.int64)
+    np.minimum.at(lowest, triangles.ravel(), np.repeat(plane, 3))
+    np.maximum.at(highest, triangles.ravel(), np.repeat(plane, 3))
+    inside = np.flatnonzero((lowest == highest) & (lowest >= 0))
+    n = normals[lowest[inside]]
+    above = np.einsum("ij,ij->i", points[inside], n) - height[lowest[inside]]
+    moved = (np.abs(above) > noise) & (np.abs(above) <= off)
+    if not moved.any():
+        return points
+    points = points.copy()
+    points[inside[moved]] -= above[moved, None] * n[moved]
+    return points
+
+
+def _tables(
+    points: Floats, triangles: Ints, neighbours: Ints, closed: bool, two_sided: bool, repairs: dict[str, int]
+) -> PreparedMesh:
+    """Normals, what sticks out, the tree, and all of it as tables."""
+    points, triangles = compact(points, triangles)
+    points, normals, bend, is_flat = _flat_parts(points, triangles, neighbours)
+    corners = points[triangles]
+    nodes, order = build_static_tree(corners.min(axis=1), corners.max(axis=1))
+    triangles, normals, bend, is_flat = triangles[order], normals[order], bend[order], is_flat[order]
+    place = np.empty(len(order) + 1, np.int64)
+    place[order] = np.arange(len(order))
+    place[-1] = -1
+    neighbours = place[neighbours[order]]
+    m = len(triangles)
+    rim = neighbours < 0
 
     sticks_out = rim | (~is_flat if two_sided else (bend > 0.0) & ~is_flat)
     owned = sticks_out & (rim | (np.arange(m)[:, None] < neighbours))
