@@ -376,8 +376,11 @@ def _search(address, workspace_address, world, contacts, first, count):
             if deepest >= -near or instant == 0.0:
                 workspace.impact_time = instant
                 return MEETS
-            if instant - clear <= 4.0 * SPACING * span:
-                workspace.impact_time = clear
+            # What overlaps by more than it can have moved since springs up so, as a facet does under a corner that
+            # comes over it. An instant before, the impact would not know of it, and be found again and again.
+            springs = speed * (instant - clear) <= min(-0.5 * deepest, TOUCHING * size)
+            if springs or instant - clear <= 4.0 * SPACING * span:
+                workspace.impact_time = instant
                 return MEETS
             blocked = instant
             overlapping += 1
@@ -392,7 +395,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             )
         if blocked < math.inf:
             if blocked - clear <= 4.0 * SPACING * span:
-                workspace.impact_time = clear
+                workspace.impact_time = blocked
                 return MEETS
             if instant + step >= blocked:
                 step = 0.5 * (blocked - clear)

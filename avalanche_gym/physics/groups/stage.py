@@ -182,7 +182,7 @@ def _step_group(address, workspace_address, world, label):
             remember(workspace, contacts, num_contacts, False)
             events += 1
             spent += 1 if blow == BOUNCED else NO_REBOUND
-            if blow == UNTOUCHED and workspace.impact_time == 0.0:
+            if blow == UNTOUCHED and workspace.impact_time <= INSTANT * header.time_step:
                 # The search sees a contact that the impact does not: it would see it again.
                 spent = most
         waits = spent >= most and _could_pass(header, workspace, world, num_contacts, left)
