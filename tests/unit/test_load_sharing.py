@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from avalanche_gym.physics.solver.sharing import _are_independent
+from avalanche_gym.physics.solver.workspace import ROW
 from tests.oracles.solver_oracle import GRAVITY, Island
 
 STEP = 1.0 / 240.0  # [s]
@@ -72,3 +74,26 @@ def test_a_corner_that_is_apart_has_no_part_in_it():
     assert loads[3] == 0.0 or loads[0] == 0.0 or loads[1] == 0.0 or loads[2] == 0.0
     again = prism(BOX, np.full(4, 0.01), bias=(0.0, 0.0, 0.0, 1e-3)).solve()
     np.testing.assert_allclose(again.impulses, solution.impulses, rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+@pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-2, 1.0])
+def test_contacts_on_uneven_ground_are_plainly_independent(count, tilt):
+    """And such of them that touch a plane, or one that is flat but for the last digits, are not."""
+    rng = np.random.default_rng(count)
+    for _ in range(20):
+        rows = np.zeros(count + 1, ROW)
+        normals = np.array([0.0, 0.0, 1.0]) + tilt * rng.normal(size=(count + 1, 3))
+        rows["normal"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        rows["arm_b"] = rng.normal(size=(count + 1, 3)) * (1.0, 1.0, tilt)
+        apart = rng.integers(count + 1)
+        rows["shared"] = 1
+        rows["shared"][apart] = 0
+        marked = np.delete(rows, apart)
+        reach = np.linalg.norm(marked["arm_b"] - marked["arm_b"].mean(axis=0), axis=1).max()
+        turns = np.cross(marked["arm_b"] - marked["arm_b"].mean(axis=0), marked["normal"]) / reach
+        smallest = np.linalg.svd(np.hstack([marked["normal"], turns]), compute_uv=False)[-1]
+        independent = _are_independent(rows, 0, count + 1, count, True)
+        assert not independent or smallest > 1e-6
+        if smallest > 1e-2:
+            assert independent

@@ -35,6 +35,9 @@ from .workspace import SLIP
 # of themselves is none of its own. Smaller: round-off in the normals counts; larger: what is nearly flat is taken for
 # flat.
 DISTINCT = 1e-6
+# A contact whose normal velocity differs by more than this from what the others of its pair tell is plainly its own.
+# Larger: more pairs are looked at closely; it must be far above DISTINCT.
+PLAIN = 1e-4
 # Normal velocity, as a fraction of the velocities that it is the difference of, below which a contact touches: some
 # units of round-off. Smaller: round-off decides which contacts touch.
 TOUCHING = 64 * 2.220446049250313e-16
@@ -103,6 +106,8 @@ def _touches(row):
 @kernel
 def _share(rows, first, last, closed, own, tolerance):
     """Whether the contacts of a pair that are marked share loads; settles which of them do, and their basis."""
+    if closed <= MOTIONS and _are_independent(rows, first, last, closed, own):
+        return False
     rank = _orthonormalise(rows, first, last, closed, own)
     if rank == closed or not _is_rigid(rows, first, last, tolerance):
         return False
@@ -140,8 +145,8 @@ def _square(rows, first, last, k):
 
 
 @kernel
-def _orthonormalise(rows, first, last, closed, own):
-    """Q of the marked contacts among rows[first:last], into ``basis``; return its rank, which becomes the mark."""
+def _middle(rows, first, last, closed, own):
+    """[m] Middle of the marked contacts, and the inverse of how far the farthest one is from it."""
     center = vec3.ZERO
     for i in range(first, last):
         if rows[i].shared > 0:
@@ -150,7 +155,46 @@ def _orthonormalise(rows, first, last, closed, own):
     for i in range(first, last):
         if rows[i].shared > 0:
             reach = max(reach, vec3.norm_squared(vec3.sub(_arm(rows[i], own), center)))
-    inverse = 1.0 / math.sqrt(reach) if reach > 0.0 else 0.0
+    return center, 1.0 / math.sqrt(reach) if reach > 0.0 else 0.0
+
+
+@kernel
+def _are_independent(rows, first, last, closed, own):
+    """Whether the marked contacts have plainly independent normal velocities, so that there is nothing to share.
+
+    Gram and Schmidt over the few contacts, not over the motions as for the basis: on uneven ground this is most pairs,
+    and a small part of that work. ``basis`` is scratch.
+    """
+    center, inverse = _middle(rows, first, last, closed, own)
+    for i in range(first, last):
+        row = rows[i]
+        if row.shared == 0:
+            continue
+        push = vec3.load(row.normal)
+        turn = vec3.scale(inverse, vec3.cross(vec3.sub(_arm(row, own), center), push))
+        for k in range(first, i):
+            other = rows[k]
+            if other.shared > 0:
+                b = other.basis
+                other_push = (b[0], b[1], b[2])
+                other_turn = (b[3], b[4], b[5])
+                along = vec3.dot(other_push, push) + vec3.dot(other_turn, turn)
+                push = vec3.add_scaled(push, -along, other_push)
+                turn = vec3.add_scaled(turn, -along, other_turn)
+        square = vec3.norm_squared(push) + vec3.norm_squared(turn)
+        if square <= PLAIN * PLAIN:
+            return False
+        length = 1.0 / math.sqrt(square)
+        b = row.basis
+        b[0], b[1], b[2] = vec3.scale(length, push)
+        b[3], b[4], b[5] = vec3.scale(length, turn)
+    return True
+
+
+@kernel
+def _orthonormalise(rows, first, last, closed, own):
+    """Q of the marked contacts among rows[first:last], into ``basis``; return its rank, which becomes the mark."""
+    center, inverse = _middle(rows, first, last, closed, own)
     rank = 0
     for motion in range(MOTIONS):
         if rank == closed:
