@@ -113,6 +113,8 @@ def linearise_interior(row, smoothing):
     x = vec3.load(row.x)
     z = vec3.load(row.z)
     w, stretch = lorentz.scaling_point(x, z, normal)
+    vec3.store(row.scaling, w)
+    row.stretch = stretch
     if friction == 0.0:
         stiffness = outer(stretch, normal, normal)
     else:
@@ -150,7 +152,8 @@ def corrector(row, target, weight, smoothing):
     normal = vec3.load(row.normal)
     x = vec3.load(row.x)
     z = vec3.load(row.z)
-    w, stretch = lorentz.scaling_point(x, z, normal)
+    w = vec3.load(row.scaling)
+    stretch = row.stretch
     dx = lorentz.scale_by(lorentz.reflect(w, normal), normal, vec3.load(row.dx))
     dz = lorentz.scale_by(w, normal, vec3.load(row.dz))
     left_out = lorentz.divide(lorentz.product(dx, dz, normal), lorentz.scale_by(w, normal, z), normal)

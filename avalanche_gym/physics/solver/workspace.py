@@ -51,6 +51,8 @@ ROW = np.dtype(  # (contacts of the island,)
         ("stiffness", np.float64, 9),  # B [kg]
         ("x", np.float64, 3),  # (mu r_n, r_t) of the interior-point method [N s]
         ("z", np.float64, 3),  # (u_n / mu + |u_t|, u_t) [m/s]
+        ("scaling", np.float64, 3),  # w and h with x = h (2 w w^T - 2 n n^T + 1) z
+        ("stretch", np.float64),
         ("dx", np.float64, 3),
         ("dz", np.float64, 3),
         ("local", np.float64, 6),  # W_ii [1/kg] in the frame (normal, t1, t2): nn, n1, n2, 11, 12, 22; for sweeps only
