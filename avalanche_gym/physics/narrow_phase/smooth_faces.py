@@ -10,8 +10,10 @@ normal of the surface is -m:
     w_x = m_x + m_z z_x = 0,    w_y = m_y + m_z z_y = 0.
 
 Seeds are the samples of the field over the face that are lower in w than their eight neighbours, at most ``SEEDS``
-along x and y (then every second sample, or third, and so on); a hilltop that rises over them by less than the spline
-bends in one cell is missed. Each is followed by Newton's method; one that leaves the face is left to its edges.
+along x and y (then every second sample, or third, and so on). A face that spans few cells has two hilltops in one of
+them, and hilltops beside lower ground: there seeds are the samples and the points midway from which Newton's method
+goes to a minimum less than a pace away. Each is followed; one that leaves the face is left to its edges. A hilltop that
+rises over its neighbours by less than the spline bends in a pace is missed.
 """
 
 from __future__ import annotations
@@ -32,6 +34,11 @@ CORNERS_ROW = END_FREE_ROW - MOST_CORNERS
 
 # Most seeds along x and y.
 SEEDS = 32
+# A face over so many cells along x and y, or less, has seeds between the samples too. Larger: such faces cost more.
+FEW_CELLS = 6
+# A first step of Newton's method leads to a minimum nearby if it is no longer than this share of a cell: somewhat more
+# than from one seed to the next.
+NEARBY = 0.75
 # A face that looks up or sideways, by this z of its normal, has no hilltop in front.
 LOOKS_DOWN = -1e-6
 # A sample is lower than its neighbours if by this part of a cell: a flat floor has no hilltops.
@@ -69,6 +76,25 @@ def _is_lowest(patch, c, m, o, row, column, stride, w):
                 if other < w + CLEARLY_LOWER * min(patch[2], patch[3]):
                     return False
     return True
+
+
+@kernel
+def _leads_nearby(patch, c, m, o, x, y, near):
+    """Whether w at x, y is at most ``near`` [m] and a bowl whose bottom is close by."""
+    j = jet(patch, c, x, y)
+    if m[0] * (x - o[0]) + m[1] * (y - o[1]) + m[2] * (j[0] - o[2]) > near:
+        return False
+    gx, gy = m[0] + m[2] * j[1], m[1] + m[2] * j[2]
+    hxx, hxy, hyy = m[2] * j[3], m[2] * j[4], m[2] * j[5]
+    determinant = hxx * hyy - hxy * hxy
+    cell = min(patch[2], patch[3])
+    # A flat floor is none.
+    if not (hxx * cell > CLEARLY_LOWER and determinant * cell * cell > CLEARLY_LOWER * CLEARLY_LOWER):
+        return False
+    return (
+        abs(hxy * gy - hyy * gx) <= NEARBY * patch[2] * determinant
+        and abs(hxy * gx - hxx * gy) <= NEARBY * patch[3] * determinant
+    )
 
 
 @kernel
@@ -125,15 +151,27 @@ def collide_face(patch, c, m, o, low, high, num_corners, radius, depth, feature,
     last_column, _ = locate(high[0] - patch[0], patch[4], patch[8])
     first_row, _ = locate(low[1] - patch[1], patch[5], patch[9])
     last_row, _ = locate(high[1] - patch[1], patch[5], patch[9])
-    stride = 1 + max(last_column - first_column + 1, last_row - first_row + 1) // SEEDS
+    cells = max(last_column - first_column + 1, last_row - first_row + 1)
+    few = cells <= FEW_CELLS
+    stride = 1 + cells // SEEDS
+    pace = 0.5 if few else float(stride)
     margin = margin_of(scratch)
-    near = margin + stride * max(patch[2], patch[3])
-    for row in range(first_row, last_row + 2, stride):
-        for column in range(first_column, last_column + 2, stride):
-            w = _in_front(patch, c, m, o, row, column)
-            if w > near or not _is_lowest(patch, c, m, o, row, column, stride, w):
-                continue
-            found, x, y, z = _follow(patch, c, m, patch[0] + column * patch[2], patch[1] + row * patch[3])
+    near = margin + pace * max(patch[2], patch[3])
+    rows = (2 if few else 1) * (last_row + 1 - first_row) // stride + 1
+    columns = (2 if few else 1) * (last_column + 1 - first_column) // stride + 1
+    for row in range(rows):
+        for column in range(columns):
+            x = patch[0] + (first_column + pace * column) * patch[2]
+            y = patch[1] + (first_row + pace * row) * patch[3]
+            if few:
+                if not _leads_nearby(patch, c, m, o, x, y, near):
+                    continue
+            else:
+                i, k = first_row + row * stride, first_column + column * stride
+                w = _in_front(patch, c, m, o, i, k)
+                if w > near or not _is_lowest(patch, c, m, o, i, k, stride, w):
+                    continue
+            found, x, y, z = _follow(patch, c, m, x, y)
             q = (x, y, z)
             gap = vec3.dot(m, vec3.sub(q, o))
             if found and -depth <= gap <= margin and _is_over_face(scratch, num_corners, radius, o, m, q):
