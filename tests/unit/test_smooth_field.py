@@ -216,6 +216,38 @@ def test_hilltops_that_share_a_cell_are_found_under_a_face():
     assert missed == 0
 
 
+def test_lowest_points_of_an_edge_beside_higher_ground_are_found():
+    """On hills of a few cells, every minimum of the height of the lower edges of a tilted box that is in the ground.
+
+    A bracket widened by an interval on both sides held a second zero of the slope, and the point was given up.
+    """
+    rng = np.random.default_rng(1)
+    size = (4.0, 4.0)
+    heights = octaves(17, 17, size, rng, amplitude=0.3, period=1.0, count=2)
+    terrain = oracle.smooth_terrain(heights, size)
+    line = np.linspace(-2.0, 2.0, 17)
+    spline = RectBivariateSpline(line, line, heights)
+    along = np.linspace(-0.3, 0.3, 601)
+    found = missed = 0
+    for _ in range(400):
+        # The lowest edge lies along x of the box, which stands on it at 45 degrees.
+        turn = Rotation.from_euler("ZYX", (rng.uniform(0.0, 6.0), rng.normal(scale=0.1), np.pi / 4)).as_matrix()
+        middle = np.array([*rng.uniform(-1.3, 1.3, 2), 0.0])
+        edge = middle + along[:, None] * turn[:, 0] - 0.2 * turn[:, 1] - 0.2 * turn[:, 2]
+        gap = edge[:, 2] - spline.ev(edge[:, 1], edge[:, 0])
+        lift = 0.002 - gap.min()
+        contacts = oracle.box_contacts(
+            middle + np.array([0.0, 0.0, lift]), tuple(turn.ravel()), (0.3, 0.2, 0.2), terrain, 0.01
+        )
+        lows = np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] < gap[2:])) + 1
+        for k in lows[(gap[lows] + lift < 0.005) & (np.abs(along[lows]) < 0.29)]:
+            near = np.linalg.norm(contacts["position"] - edge[k] - (0.0, 0.0, lift), axis=1) < 0.02
+            found += bool(near.any())
+            missed += not near.any()
+    assert found > 100
+    assert missed == 0
+
+
 def test_walls_and_rim():
     terrain = oracle.smooth_terrain(np.zeros((5, 5)), (2.0, 2.0))
 

@@ -12,7 +12,8 @@ is finer than that lattice can be missed. A centre below the surface leaves by t
 A *curve* of the body (the axis of a capsule, an edge, the rim of a cylinder) touches where its distance from the
 surface is locally the least: n . p'(t) = 0, with the normal n at the foot of p(t). Sign changes between ``STATIONS``
 points along it are seeds; each is followed to round-off by the method of false position (Illinois: Dowell and Jarratt
-1971). A minimum between two stations that no sign change shows is missed: its depth is below that of the bump of the
+1971). Where the slopes and curvatures at two stations say that a straight edge may rise and fall between them, quarters
+of the interval are looked at. A minimum that no sign change shows is missed: its depth is below that of the bump of the
 surface within one spacing. The ends of a curve are vertices or balls.
 
 All these points belong to the body, so none of the contacts forbids what is allowed, whatever was missed elsewhere.
@@ -204,25 +205,30 @@ def _distance_at(patch, c, kind, center, u, v, t):
 
 
 @kernel
-def _lowest_point(patch, c, kind, center, u, v, low, high, radius, feature, scratch, count):
-    """Follow the slope of the distance along a curve to its zero in [low, high]; add the contact there."""
-    slope_low = slope_high = 0.0
+def _lowest_point(patch, c, kind, center, u, v, low, high, half, wide, radius, feature, scratch, count):
+    """Follow the slope of the distance along a curve to its zero in [low, high]; add the contact there.
+
+    An end where the slope has the wrong sign is moved out by ``wide``, within -half ... half, and only then:
+    beyond may be another zero.
+    """
+    _, _, _, slope_low = _distance_at(patch, c, kind, center, u, v, low)
+    if wide > 0.0 and not slope_low < -FLAT_SLOPE:
+        low = max(low - wide, -half)
+        _, _, _, slope_low = _distance_at(patch, c, kind, center, u, v, low)
+    _, _, _, slope_high = _distance_at(patch, c, kind, center, u, v, high)
+    if wide > 0.0 and not slope_high > FLAT_SLOPE:
+        high = min(high + wide, half)
+        _, _, _, slope_high = _distance_at(patch, c, kind, center, u, v, high)
+    if not (slope_low < -FLAT_SLOPE and slope_high > FLAT_SLOPE):
+        return count
     kept = 0
-    t = low
-    for step in range(MOST_STEPS):
+    for _ in range(MOST_STEPS):
+        t = (low * slope_high - high * slope_low) / (slope_high - slope_low)
         p, distance, normal, slope = _distance_at(patch, c, kind, center, u, v, t)
-        if step == 0:
-            slope_low = slope
-            t = high
-            continue
-        if step == 1:
-            slope_high = slope
-            if not (slope_low < -FLAT_SLOPE and slope_high > FLAT_SLOPE):
-                break
-        elif abs(slope) <= SLOPE_TOLERANCE or not low < t < high:
+        if abs(slope) <= SLOPE_TOLERANCE or not low < t < high:
             return _add(scratch, count, p, radius, distance, normal, feature)
         # An end that is kept twice counts half.
-        elif slope < 0.0:
+        if slope < 0.0:
             low, slope_low = t, slope
             if kept == 1:
                 slope_high *= 0.5
@@ -232,7 +238,36 @@ def _lowest_point(patch, c, kind, center, u, v, low, high, radius, feature, scra
             if kept == -1:
                 slope_low *= 0.5
             kept = -1
-        t = (low * slope_high - high * slope_low) / (slope_high - slope_low)
+    return count
+
+
+@kernel
+def _rise_under(patch, c, center, u, t):
+    """First and second derivative along a line of its height over the surface below."""
+    p = vec3.add_scaled(center, t, u)
+    j = jet(patch, c, min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7]))
+    bend = j[3] * u[0] * u[0] + 2.0 * j[4] * u[0] * u[1] + j[5] * u[1] * u[1]
+    return u[2] - j[1] * u[0] - j[2] * u[1], -bend
+
+
+@kernel
+def _between_stations(patch, c, center, u, v, low, high, feature, scratch, count):
+    """The lowest point of a sharp line between two stations of which both rise or both fall."""
+    span = high - low
+    rise_low, bend_low = _rise_under(patch, c, center, u, low)
+    rise_high, bend_high = _rise_under(patch, c, center, u, high)
+    # Whether, seen from both ends, the rise goes towards zero, and from one of them beyond it.
+    if rise_low * bend_low >= 0.0 or rise_high * bend_high <= 0.0:
+        return count
+    if rise_low * (rise_low + span * bend_low) > 0.0 and rise_high * (rise_high - span * bend_high) > 0.0:
+        return count
+    before = rise_low
+    for quarter in range(1, 5):
+        t = low + 0.25 * quarter * span
+        rise, _ = _rise_under(patch, c, center, u, t)
+        if before < -FLAT_SLOPE and rise > FLAT_SLOPE:
+            return _lowest_point(patch, c, LINE, center, u, v, t - 0.25 * span, t, t, 0.0, 0.0, feature, scratch, count)
+        before = rise
     return count
 
 
@@ -248,9 +283,10 @@ def collide_curve(patch, c, kind, center, u, v, half, length, radius, feature, s
     intervals = 1 if kind == LINE else 16
     intervals = min(max(1 + int(POINTS_IN_CELL * length / cell), intervals), STATIONS)
     near = radius + margin_of(scratch) + length / intervals
-    # Of a sharp curve in reach the foot is close below, and the slope there is sign enough: one interval more on either
-    # side makes up for it. Under a rounded one the foot is searched for.
-    wider = 1 if radius == 0.0 else 0
+    # Of a sharp curve in reach the foot is close below, and the slope there is sign enough: where it is not, one
+    # interval more makes up for it. Under a rounded one the foot is searched for.
+    pace = 2.0 * half / intervals
+    wide = pace if radius == 0.0 else 0.0
     previous = 0.0
     previous_far = True
     for station in range(intervals + 1):
@@ -263,8 +299,10 @@ def collide_curve(patch, c, kind, center, u, v, half, length, radius, feature, s
         if radius > 0.0 and not far:
             _, _, _, slope = _distance_at(patch, c, kind, center, u, v, t)
         if station > 0 and previous < -FLAT_SLOPE and slope > FLAT_SLOPE and not (far and previous_far):
-            low = half * (2.0 * max(station - 1 - wider, 0) / intervals - 1.0)
-            high = half * (2.0 * min(station + wider, intervals) / intervals - 1.0)
-            count = _lowest_point(patch, c, kind, center, u, v, low, high, radius, feature, scratch, count)
+            count = _lowest_point(
+                patch, c, kind, center, u, v, t - pace, t, half, wide, radius, feature, scratch, count
+            )
+        elif station > 0 and kind == LINE and radius == 0.0 and previous * slope > 0.0 and not (far and previous_far):
+            count = _between_stations(patch, c, center, u, v, t - pace, t, feature, scratch, count)
         previous, previous_far = slope, far
     return count
