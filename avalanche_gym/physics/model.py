@@ -45,7 +45,7 @@ FAR_TURN = 0.25
 # What the search for the time of impact finds: nothing closes, something does, it cannot tell.
 PASSES, MEETS, UNDECIDED = 0, 1, 2
 # What an impact came to.
-NO_ROOM, UNTOUCHED, STOPPED, BOUNCED = 0, 1, 2, 3
+NO_ROOM, UNTOUCHED, STOPPED, BOUNCED, LOSSLESS = 0, 1, 2, 3, 4
 
 # Why the instant of an impact changes the outcome: it stops a body that touches no other; what follows may be anywhere.
 DULL, LIVELY = 1, 2

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..model import BETWEEN, DULL, DYNAMIC, LIVELY
-from .prediction import OVERLAP, THICKNESS, swing, wander
+from .prediction import OVERLAP, REBOUND, THICKNESS, swing, wander
 
 # Landings of an island that are located: none, those whose normal turns as the bodies pass each other, those of bodies
 # that nothing bears, all.
@@ -51,7 +51,9 @@ def _touch(contacts, order, first, last, a, b):
 
 @kernel
 def _is_worth(contact, time_step):
-    return -min(contact.approach, contact.free) * time_step > WORTH * contact.size
+    """A point that turns may have closed by the end though it approaches neither there nor at the start."""
+    closed = max(-min(contact.approach, contact.free) * time_step, max(contact.start_gap, 0.0) - contact.free_gap)
+    return closed > WORTH * contact.size
 
 
 @kernel
@@ -73,7 +75,9 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         thick = THICKNESS * contact.size
         # What has come to touch by the end of this part strikes there; in this part it would only be slowed down.
         comes = -contact.approach * time_step > OVERLAP * contact.size
-        strikes = contact.free_gap < (OVERLAP if comes else -OVERLAP) * contact.size
+        # What has just rebounded comes back, however little it rises.
+        deep = REBOUND if contact.restitution > 0.0 else OVERLAP
+        strikes = contact.free_gap < (OVERLAP if comes else -deep) * contact.size
         if contact.start_gap <= OVERLAP * contact.size:
             strikes = strikes or comes
         far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
@@ -81,7 +85,9 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         swings = False
         # What rests on something is led by that, and does not swing freely.
         flies = landings == ALL and (bound[a] == 0 or bound[b] == 0)
-        if (bounces or flies) and not strikes and not _touch(contacts, order, first, last, a, b):
+        # Where this point hardly closes another one may.
+        passes = not strikes or not (bounces or _is_worth(contact, time_step))
+        if (bounces or flies) and passes and not _touch(contacts, order, first, last, a, b):
             bent = wander(contact, bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
             swings = contact.free_gap < bent
             strikes = swings

@@ -26,6 +26,9 @@ from ..model import FAR_TURN
 SLACK = 0.01
 # Gap or overlap of less than this fraction of the smaller body is round-off: it counts as touching, and stays.
 OVERLAP = 1e-9
+# A rebound that rises by less than this fraction of the smaller body is none. Larger: what should bounce on rests too
+# early, for an endless sequence is cut off where a step ends by the time sqrt(8 rise / g) e / (1 - e).
+REBOUND = 1e-13
 # Overlap of more than this fraction of the smaller body is pushed out within the step. Smaller ones, which smooth
 # motion leaves behind, part little by little; a smaller limit solves for positions in many more steps.
 DRIFT = 1e-6
@@ -238,13 +241,13 @@ def predict_contacts(bodies, starts, ends, time_step, lands, contacts, num_conta
 def rebounds(contact, approach, span, time_step):
     """Whether a contact with this normal velocity [m/s], negative if approaching, is one that bounces.
 
-    One whose rebound rises by less than OVERLAP of the smaller body does not; what presses the bodies together is told
+    One whose rebound rises by less than REBOUND of the smaller body does not; what presses the bodies together is told
     by the flight: a = (free - approach) / span.
     """
     if contact.restitution <= 0.0 or -approach * time_step <= OVERLAP * contact.size:
         return False
     pressing = (contact.approach - contact.free) / span if span > 0.0 else 0.0
-    return approach * approach > 2.0 * pressing * OVERLAP * contact.size
+    return approach * approach > 2.0 * pressing * REBOUND * contact.size
 
 
 @kernel

@@ -11,7 +11,8 @@ colliders; no feature can close before s + ds; repeat there. Two steps ds compet
 
 The first one is safe everywhere; where it is shorter than half the thickness of the thinner body the second may go as
 far as that. From an overlap that such a step runs into Newton's method goes back, s + g / |u|, and where it leaves the
-bracket between the last two instants their middle is next.
+bracket between the last two instants their middle is next; so it is where a feature overlaps that leaves already, and
+has come by unseen. What the second step alone would pass is looked at where the way ends.
 
 Between a side with normal n that turns at omega and a point of a core of radius r, with velocity v against the side,
 
@@ -261,6 +262,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     clear = 0.0
     blocked = math.inf
     overlapping = 0
+    begins_open = True
     speed = 0.0
     # Bodies that other contacts hold and that turn little in a step show the same faces at its end: for them the way
     # with all contacts takes up what touches by round-off as well. Flight is exact: what stays open on it is open.
@@ -308,9 +310,12 @@ def _search(address, workspace_address, world, contacts, first, count):
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
         # A facet behind a convex edge is no bound of what comes over it, and is not listed before that is there.
         step = spacing / speed if speed > 0.0 else math.inf
+        # As far as nothing at all can close, listed or not.
+        sure = math.inf
         nearest = -1
         deepest = math.inf
         fastest_closing = 0.0
+        unseen = False
         for index in range(number):
             found = asked[index]
             normal = vec3.load(found.normal)
@@ -327,6 +332,8 @@ def _search(address, workspace_address, world, contacts, first, count):
                 if not binds and header.cross_seams != 0:
                     binds = _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders)
                 if binds:
+                    if turning > 0.0:
+                        sure = 0.0
                     continue
             swinging = _swing(states[a], core_a) + _swing(states[b], core_b)
             turns = vec3.sub(
@@ -344,6 +351,12 @@ def _search(address, workspace_address, world, contacts, first, count):
                 tilting = vec3.cross(vec3.load(carrier.angular_velocity), normal)
                 core = found.radius_b if found.frame == ON_A else found.radius_a
                 pressing += vec3.norm_squared(tilting) * (gap + core) - 2.0 * vec3.dot(tilting, drift)
+            if gap < -max(near, RESTING * size):
+                if instant == 0.0:
+                    begins_open = False
+                elif begins_open and closing * header.time_step <= TOUCHING * size:
+                    # It has closed on the way, and opens again.
+                    unseen = True
             if gap <= near:
                 if closing * header.time_step > TOUCHING * size:
                     if gap < deepest:
@@ -365,6 +378,7 @@ def _search(address, workspace_address, world, contacts, first, count):
                 first_order = _no_sooner(gap, fastest, max(-vec3.dot(normal, gained), 0.0))
             else:
                 first_order = second
+            sure = min(sure, first_order)
             bold = size * 0.5 / speed if speed > 0.0 else math.inf
             pace = max(first_order, min(second, bold))
             if pace < step:
@@ -388,6 +402,14 @@ def _search(address, workspace_address, world, contacts, first, count):
             if not clear < instant < blocked or overlapping > MOST_NEWTON:
                 instant = 0.5 * (clear + blocked)
             continue
+        if unseen and speed * (instant - clear) <= TOUCHING * size:
+            # It springs up overlapped, and leaves: there is nothing to strike.
+            begins_open = False
+            blocked = math.inf
+        elif unseen:
+            blocked = instant
+            instant = 0.5 * (clear + blocked)
+            continue
         clear = instant
         if nearest >= 0 and blocked == math.inf and instant + step < workspace.impact_time:
             step = _follow(
@@ -400,7 +422,10 @@ def _search(address, workspace_address, world, contacts, first, count):
             if instant + step >= blocked:
                 step = 0.5 * (blocked - clear)
         if instant + step >= workspace.impact_time:
-            return passes
+            if instant == workspace.impact_time or instant + sure >= workspace.impact_time:
+                return passes
+            instant = workspace.impact_time
+            continue
         if instant + step == instant:
             workspace.impact_time = instant
             return MEETS

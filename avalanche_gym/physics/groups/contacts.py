@@ -167,16 +167,33 @@ def _follow(bodies, begins, flown, ends, contact, span):
 
 
 @kernel
-def follow_gone(header, workspace, world):
-    """Contacts that are out of reach go with their bodies from ``begins`` to ``ends``."""
-    bodies = bodies_of(header, world)
-    gone = table(workspace.gone, workspace.gone_size, CONTACT)
+def _go_with(header, workspace, world, contact):
+    """Move a contact on from where it is."""
+    vec3.store(contact.start_position, vec3.load(contact.position))
+    vec3.store(contact.start_normal, vec3.load(contact.normal))
+    contact.start_gap = contact.gap
     begins = states_in(header, workspace.begins)
     ends = states_in(header, workspace.ends)
     flown = states_in(header, workspace.flown)
+    _follow(bodies_of(header, world), begins, flown, ends, contact, workspace.span)
+
+
+@kernel
+def follow_gone(header, workspace, world):
+    """Contacts that are out of reach go with their bodies from ``begins`` to ``ends``."""
+    gone = table(workspace.gone, workspace.gone_size, CONTACT)
     for number in range(workspace.num_gone):
-        contact = gone[number]
-        vec3.store(contact.start_position, vec3.load(contact.position))
-        vec3.store(contact.start_normal, vec3.load(contact.normal))
-        contact.start_gap = contact.gap
-        _follow(bodies, begins, flown, ends, contact, workspace.span)
+        _go_with(header, workspace, world, gone[number])
+
+
+@kernel
+def follow_struck(header, workspace, world):
+    """So do those that have just been struck, on a part that no contact has a share in."""
+    recent = table(workspace.recent, workspace.recent_size, CONTACT)
+    for number in range(workspace.num_recent):
+        contact = recent[number]
+        if vec3.norm_squared(vec3.load(contact.blow)) > 0.0:
+            persistent = contact.persistent
+            contact.persistent = 1
+            _go_with(header, workspace, world, contact)
+            contact.persistent = persistent

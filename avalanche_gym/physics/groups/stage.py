@@ -22,11 +22,9 @@ import numpy as np
 from ..contacts.turning import quiet_span, turning_speed
 from ..integrator.flight import copy_state
 from ..jit import call_stage, kernel, stage
-from ..maths import vec3
 from ..memory import (
     address_of_states,
     bodies_of,
-    colliders_of,
     header_at,
     report_of,
     states_of,
@@ -34,14 +32,11 @@ from ..memory import (
     workspace_at,
 )
 from ..model import (
-    BOUNCED,
     CONTACT,
     CONTACTS_FULL,
-    DYNAMIC,
     LAST,
     LEAST_BODIES,
     MEETS,
-    MESH,
     NO_ROOM,
     OK,
     PAIRS_FULL,
@@ -51,7 +46,18 @@ from ..model import (
     UNDECIDED,
     UNTOUCHED,
 )
-from .contacts import carry_blows, follow_gone, forget_impulses, keep_finished, note_bound, part_with, pass_by, remember
+from .contacts import (
+    carry_blows,
+    follow_gone,
+    follow_struck,
+    forget_impulses,
+    keep_finished,
+    note_bound,
+    part_with,
+    pass_by,
+    remember,
+)
+from .limits import A_PART, could_pass, most_spent, moves_mesh, spent_by
 from .members import (
     fly_group,
     gather,
@@ -65,23 +71,13 @@ from .members import (
 )
 from .reach import find_group_pairs
 
-# Parts of a step at most: so many for a group of few bodies, and fewer for a large one, whose parts cost more.
-MOST_PARTS = 1024
-MOST_BODY_PARTS = 1 << 17
-FEWEST_PARTS = 64
 # Labels of groups: the number of the island, plus DULL or LIVELY times the number of bodies while it waits, and DONE
 # times in the end.
 DONE = 3
-# An impact without rebound counts as so many parts: what comes to rest rocks from corner to corner without end, and
-# loses little if it is not followed.
-NO_REBOUND = 32
 # A part in which a contact that rests turns too far is tried again, shorter, so many times at most.
 MOST_SHORTER = 4
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
-
-# [rad] A body that turns by more shows other parts than its contacts know of.
-FAR_TURN = 1.0
 
 # What a group says in place of a status: it met a body of another island.
 MET = -1
@@ -101,7 +97,10 @@ def step_groups(address, workspace_address, world):
     link_past(header, workspace, world)
     for index in range(num_bodies):
         while num_bodies <= group[index] < DONE * num_bodies:
+            overlap = report_of(header, world).penetration
             status = _step_group(address, workspace_address, world, group[index])
+            if status == MET:
+                report_of(header, world).penetration = overlap
             if status != OK and status != MET:
                 workspace.starts = address_of_states(header, world)
                 return status
@@ -121,9 +120,10 @@ def _step_group(address, workspace_address, world, label):
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     report = report_of(header, world)
     count = _begin(header, workspace, world, label)
+    overlap = report.penetration
     events = 0
     spent = 0
-    most = min(MOST_PARTS, max(FEWEST_PARTS, MOST_BODY_PARTS // count))
+    most = most_spent(count)
     # A group for the pile tier is not stopped at every touch; what rebounds is not for that tier.
     crowd = header.step_pile != 0 and count >= LEAST_BODIES and header.restitution == 0
     while True:
@@ -131,7 +131,7 @@ def _step_group(address, workspace_address, world, label):
         part = LAST if crowd or spent >= most else TO_IMPACT
         span = left if crowd or part == TO_IMPACT else min(left, _quiet_span(header, workspace, world, count))
         status, num_contacts = _step_part(address, workspace_address, world, label, count, part, span)
-        in_parts = not _moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
+        in_parts = not moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
         for _ in range(MOST_SHORTER):
             if status == OK and in_parts and part == TO_IMPACT and workspace.calm < workspace.span:
                 status, num_contacts = _step_part(address, workspace_address, world, label, count, part, workspace.calm)
@@ -158,14 +158,14 @@ def _step_group(address, workspace_address, world, label):
                 break
             if not _go_on(header, workspace, world, count, num_contacts, span):
                 return _contacts_full(workspace)
-            spent += 1
+            spent += A_PART
             continue
         if workspace.impact_time > 0.0:
             status = _go_to_impact(address, workspace_address, world, label, count, bound)
             if status != OK:
                 return status
         if outcome == PASSES:
-            spent += 1
+            spent += A_PART
             if spent < most:
                 continue
         left = header.time_step - workspace.elapsed
@@ -181,11 +181,11 @@ def _step_group(address, workspace_address, world, label):
                 return _contacts_full(workspace)
             remember(workspace, contacts, num_contacts, False)
             events += 1
-            spent += 1 if blow == BOUNCED else NO_REBOUND
+            spent += spent_by(blow)
             if blow == UNTOUCHED and workspace.impact_time <= INSTANT * header.time_step:
                 # The search sees a contact that the impact does not: it would see it again.
                 spent = most
-        waits = spent >= most and _could_pass(header, workspace, world, num_contacts, left)
+        waits = spent >= most and could_pass(header, workspace, world, num_contacts, left)
         if waits or left <= INSTANT * header.time_step:
             for number in range(count):
                 copy_state(begins[members[number]], ends[members[number]])
@@ -195,46 +195,11 @@ def _step_group(address, workspace_address, world, label):
     report.events += events
     if spent >= most:
         report.event_limit += 1
+    # Only where the step ends, not in parts that were tried or led on.
+    for index in range(num_contacts):
+        overlap = max(overlap, -contacts[index].gap)
+    report.penetration = overlap
     return _finish(header, workspace, world, label, count, num_contacts)
-
-
-@kernel
-def _moves_mesh(header, bodies, contacts, num_contacts):
-    """Whether a moving body of these contacts is a mesh.
-
-    Only the corners of it that lead are listed. After a short part others lead, and one that should hold may not be
-    among them: its step is not made of such parts.
-    """
-    colliders = colliders_of(header)
-    for index in range(num_contacts):
-        contact = contacts[index]
-        for body, collider in (
-            (contact.body_a, contact.pair // colliders.shape[0]),
-            (contact.body_b, contact.pair % colliders.shape[0]),
-        ):
-            if bodies[body].motion == DYNAMIC and colliders[collider].shape == MESH:
-                return True
-    return False
-
-
-@kernel
-def _could_pass(header, workspace, world, num_contacts, left):
-    """Whether a body of the group turns so far in what is left [s] of the step that it could pass through another.
-
-    What flies straight is held by the contacts of the last part, along the normals that these begin with.
-    """
-    bodies = bodies_of(header, world)
-    begins = states_in(header, workspace.begins)
-    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
-    for index in range(num_contacts):
-        for side in range(2):
-            body = contacts[index].body_a if side == 0 else contacts[index].body_b
-            if bodies[body].motion == DYNAMIC:
-                speed = vec3.norm(vec3.load(begins[body].velocity))
-                spin = vec3.norm(vec3.load(begins[body].angular_velocity))
-                if spin * left > FAR_TURN and (speed + bodies[body].radius * spin) * left > contacts[index].size:
-                    return True
-    return False
 
 
 @kernel
@@ -291,6 +256,7 @@ def _go_to_impact(address, workspace_address, world, label, count, bound):
         return OK if _go_on(header, workspace, world, count, num_contacts, instant) else _contacts_full(workspace)
     workspace.span = instant
     fly_group(header, workspace, world, count)
+    follow_struck(header, workspace, world)
     _move(header, workspace, world, count, instant)
     return OK
 
@@ -350,7 +316,12 @@ def _finish(header, workspace, world, label, count, num_contacts):
         workspace.detail = workspace.num_kept + total
         return CONTACTS_FULL
     for number in range(total):
-        kept[workspace.num_kept] = contacts[number] if number < num_contacts else gone[number - num_contacts]
+        if number < num_contacts:
+            kept[workspace.num_kept] = contacts[number]
+        else:
+            kept[workspace.num_kept] = gone[number - num_contacts]
+            # What was out of reach does not overlap, whatever the sides say that it once lay on.
+            kept[workspace.num_kept].gap = max(kept[workspace.num_kept].gap, 0.0)
         kept[workspace.num_kept].island = done
         workspace.num_kept += 1
     for number in range(count):

@@ -32,7 +32,7 @@ from ..integrator.momentum import momentum_of, store_momentum
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, header_at, report_of, starts_of, table, workspace_at
-from ..model import BOUNCED, CONTACT, FLOW_SYMMETRIC, FLOW_TRIAXIAL, NO_ROOM, STOPPED, UNTOUCHED
+from ..model import BOUNCED, CONTACT, FLOW_SYMMETRIC, FLOW_TRIAXIAL, LOSSLESS, NO_ROOM, STOPPED, UNTOUCHED
 from ..solver.exact import NEEDS_MEMORY
 from ..solver.expansion import expand
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
@@ -213,9 +213,9 @@ def _impact(address, workspace_address, world, order, first, count, members, num
 def strike(address, workspace_address, world):
     """Resolve the impacts of all islands at the present places (``starts``).
 
-    Returns NO_ROOM if the solver needs more memory, BOUNCED if anything did, STOPPED if what approached was stopped,
-    UNTOUCHED if nothing approached. ``sort_contacts`` has sorted the contacts, for a part of the step as long as what
-    is left of it.
+    Returns NO_ROOM if the solver needs more memory, BOUNCED if anything did, LOSSLESS if all did with a restitution of
+    1, STOPPED if what approached was stopped, UNTOUCHED if nothing approached. ``sort_contacts`` has sorted the
+    contacts, for a part of the step as long as what is left of it.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -228,6 +228,7 @@ def strike(address, workspace_address, world):
     left = workspace.span
     time_step = header.time_step
     outcome = UNTOUCHED
+    loses = False
     for island in range(workspace.num_islands):
         first = starts[island]
         last = _touching_first(contacts, order, first, starts[island + 1])
@@ -238,6 +239,8 @@ def strike(address, workspace_address, world):
             if count == 0:
                 break
             outcome = BOUNCED
+            for index in range(first, first + count):
+                loses = loses or contacts[order[index]].bias < 1.0
             if not _impact(address, workspace_address, world, order, first, count, members, num_bodies, True):
                 return NO_ROOM
             _by_bodies(contacts, order, first, last)
@@ -247,9 +250,10 @@ def strike(address, workspace_address, world):
             approaches = approaches or -_approach(contact, states) * time_step > OVERLAP * contact.size
         if approaches:
             outcome = max(outcome, STOPPED)
+            loses = True
             if not _impact(address, workspace_address, world, order, first, last - first, members, num_bodies, False):
                 return NO_ROOM
-    return outcome
+    return LOSSLESS if outcome == BOUNCED and not loses else outcome
 
 
 @kernel
