@@ -196,7 +196,7 @@ class Storage:
 
     def _make_room_for_moving_heights(self) -> None:
         """Allocate in each workspace the samples at another instant than the start of a step."""
-        samples = self.arrays["heights"].shape[1]
+        samples: int = self.arrays["heights"].shape[1]
         sizes = dict.fromkeys(("heights_then", "height_velocities", "height_accelerations"), samples)
         self.workspaces.make_room(sizes)
 

@@ -13,6 +13,8 @@ escape    once, when it leaves the planet
 
 from __future__ import annotations
 
+import math
+
 from ...physics.jit import kernel
 from ...physics.maths import vec3
 from .dynamics import feet_down, is_resting, tilt_of
@@ -22,7 +24,7 @@ TERMS = ("shaping", "fuel", "time", "rest", "success", "crash", "escape")
 
 ALTITUDE = 1.0  # [1/m]
 VELOCITY = 2.0  # [s/m]
-TILT = 6.0  # at the ground; per unit of 1 - cos(tilt). With a third of it standing askew paid nearly as much
+TILT = 3.0  # [1/rad] at the ground. Linear: a square has no slope where a lander begins to lean on two of its feet
 SPIN = 0.5  # [s/rad]
 SITE = 0.5  # [1/m]
 FOOT = 1.0  # for each foot on the ground
@@ -52,7 +54,8 @@ def potential_of(lane, position, orientation, velocity, spin):
     if lane.touching == 1:
         descent = 0.0
     miss = vec3.norm(vec3.add_scaled(velocity, descent, up))
-    lean = (1.0 - tilt_of(position, orientation)) * TILT_ALTITUDE / (TILT_ALTITUDE + altitude)
+    tilt = math.acos(min(max(tilt_of(position, orientation), -1.0), 1.0))
+    lean = tilt * TILT_ALTITUDE / (TILT_ALTITUDE + altitude)
     distance = vec3.norm(way_to_site(lane, up))
     cost = ALTITUDE * altitude + VELOCITY * miss + TILT * lean + SPIN * vec3.norm(spin) + SITE * distance
     return FOOT * feet_down(lane) - cost
