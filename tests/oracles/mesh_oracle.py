@@ -85,14 +85,10 @@ def placed(mesh, place):
     return (mesh.vertices @ place[1].T + place[0])[mesh.faces]
 
 
-def pools(*meshes):
-    """Rows, vertices, faces and nodes of meshes, one behind the other."""
-    prepared = [prepare_mesh(mesh.vertices, mesh.faces, two_sided=mesh.two_sided) for mesh in meshes]
-    rows = np.concatenate([one.mesh for one in prepared])
-    for name in ("vertex", "face", "node"):
-        sizes = rows[{"vertex": "num_vertices", "face": "num_faces", "node": "num_nodes"}[name]]
-        rows[f"first_{name}"] = np.cumsum(sizes) - sizes
-    return rows, *(np.concatenate([getattr(one, part) for one in prepared]) for part in ("vertices", "faces", "nodes"))
+def tables(mesh):
+    """Row, vertices, faces and nodes of a TriangleMesh, as the narrow phase asks for them."""
+    one = prepare_mesh(mesh.vertices, mesh.faces, two_sided=mesh.two_sided)
+    return one.mesh[:1], one.vertices, one.faces, one.nodes
 
 
 def _place(place):
@@ -101,38 +97,35 @@ def _place(place):
 
 def meshes_contacts(first, place_a, second, place_b, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of two TriangleMesh, normals from the first to the second."""
-    rows, vertices, faces, nodes = pools(first, second)
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     motion = margin if motion is None else motion
     loose = motion if loose is None else loose
     count = collide_meshes(
-        *_place(place_a), rows[0], *_place(place_b), rows[1], vertices, faces, nodes, float(margin), float(motion),
-        path, float(loose), contacts, 0, scratch,
+        *_place(place_a), tables(first), *_place(place_b), tables(second), float(margin),
+        (float(motion), path, float(loose)), contacts, 0, scratch,
     )  # fmt: skip
     return contacts[:count]
 
 
 def field_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of ``terrain_oracle.height_field(...)`` with a TriangleMesh, normals to the mesh."""
-    rows, vertices, faces, nodes = pools(mesh)
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     motion = margin if motion is None else motion
     loose = motion if loose is None else loose
     count = collide_mesh_height_field(
-        *_place(IDENTITY), field[0][0], field[1], *_place(place), rows[0], vertices, faces, nodes, float(margin),
-        float(motion), path, float(loose), contacts, 0, scratch,
+        *_place(IDENTITY), field[0][0], field[1], *_place(place), tables(mesh), float(margin),
+        (float(motion), path, float(loose)), contacts, 0, scratch,
     )  # fmt: skip
     return contacts[:count]
 
 
 def smooth_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of a TriangleMesh with ``smooth_oracle.smooth_terrain(...)``, normals to the field."""
-    rows, vertices, faces, nodes = pools(mesh)
     contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
     motion = margin if motion is None else motion
     loose = motion if loose is None else loose
     count = collide_mesh_smooth_field(
-        *_place(place), rows[0], vertices, faces, nodes, *_place(IDENTITY), field[0][0], field[1], float(margin),
-        float(motion), path, float(loose), contacts, 0, scratch,
+        *_place(place), tables(mesh), *_place(IDENTITY), field[0][0], field[1], float(margin),
+        (float(motion), path, float(loose)), contacts, 0, scratch,
     )  # fmt: skip
     return contacts[:count]

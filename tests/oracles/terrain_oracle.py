@@ -100,7 +100,7 @@ def field_contacts(shape, position, rotation, size, terrain, margin, place=(ORIG
 
 def mesh_contacts(shape, position, rotation, size, prepared, margin, place=(ORIGIN, IDENTITY), turned=0.0):
     """Contacts (n,) of CONTACT with ``prepare_mesh(...)``, which turns by ``turned`` [rad] within the step."""
-    terrain = (prepared.mesh[0], prepared.vertices, prepared.faces, prepared.nodes)
+    terrain = _tables(prepared)
     return _kernel_contacts(collide_mesh, shape, position, rotation, size, terrain, margin, place, (0.0, turned))
 
 
@@ -228,7 +228,7 @@ def hull_contacts(position, rotation, solid, terrain, margin, place=(ORIGIN, IDE
 def _tables(terrain):
     if isinstance(terrain, tuple):
         return (terrain[0][0], terrain[1])
-    return (terrain.mesh[0], terrain.vertices, terrain.faces, terrain.nodes)
+    return ((terrain.mesh[:1], terrain.vertices, terrain.faces, terrain.nodes),)
 
 
 def _cylinder_gap(p, radius, half_length):

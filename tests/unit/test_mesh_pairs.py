@@ -14,6 +14,10 @@ from avalanche_gym.physics.shapes.thread import Thread, bolt, nut
 from tests.oracles import mesh_oracle as oracle
 from tests.oracles import smooth_oracle, terrain_oracle
 
+BOX_FACES = [
+    (0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4),
+    (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5),
+]  # fmt: skip
 SOLIDS = (
     gear(0.1, 0.05, teeth=4),
     torus(0.1, 0.03, segments=10, sides=5),
@@ -115,6 +119,18 @@ def test_a_height_field_is_the_mesh_of_its_facets(seed):
     on_mesh = oracle.meshes_contacts(ground, oracle.IDENTITY, solid, place, 2.0 * distance)
     assert on_field["gap"].min() == pytest.approx(distance, rel=1e-9)
     assert on_mesh["gap"].min() == pytest.approx(distance, rel=1e-9)
+
+
+@pytest.mark.parametrize("depth", [1e-4, 1e-3, 8e-3])
+def test_a_peak_sunk_into_a_face_is_found_however_little_is_asked_for(depth):
+    """Its vertex lies in the middle of a large face, farther from it than the margin."""
+    heights = np.zeros((9, 9))
+    heights[4, 4] = 0.02
+    corners = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) * (0.1, 0.08, 0.05)
+    slab = TriangleMesh(corners, BOX_FACES)
+    place = (np.array([0.01, -0.02, 0.02 - depth + 0.05]), np.eye(3))
+    contacts = oracle.field_mesh_contacts(terrain_oracle.height_field(heights, (0.4, 0.4)), slab, place, 0.0)
+    assert contacts["gap"].min() == pytest.approx(-depth, rel=1e-9)
 
 
 def test_what_is_near_is_listed_without_what_is_far():

@@ -177,13 +177,16 @@ def corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners,
 
 
 @kernel
-def tables_of(mesh, vertices, faces, nodes):
-    """The parts of the pools that are one mesh's."""
-    return (
-        vertices[mesh.first_vertex : mesh.first_vertex + mesh.num_vertices],
-        faces[mesh.first_face : mesh.first_face + mesh.num_faces],
-        nodes[mesh.first_node : mesh.first_node + mesh.num_nodes],
-    )
+def open_mesh(mesh, motion, turned, scratch):
+    """Before a shape in the scratch table meets a mesh: note how they move; see ``collide_mesh``.
+
+    Returns:
+        Its vertices, faces and nodes, and whether it is a sheet.
+    """
+    set_motion(motion, scratch)
+    set_turned(turned, scratch)
+    rows, vertices, faces, nodes = mesh
+    return vertices, faces, nodes, rows[0].two_sided == 1
 
 
 @kernel
@@ -195,9 +198,6 @@ def collide_mesh(
     position_b,
     rotation_b,
     mesh,
-    vertices,
-    faces,
-    nodes,
     margin,
     motion,
     turned,
@@ -211,8 +211,7 @@ def collide_mesh(
         shape_a: code of the shape.
         position_a, rotation_a, size_a: its place [m], body-to-world matrix and size.
         position_b, rotation_b: place of the mesh.
-        mesh: its MESH_ROW.
-        vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
+        mesh: tables of it, MESH_ROW (1), VERTEX_ROW, FACE_ROW, NODE_ROW.
         margin: [m] contacts farther apart are left out.
         motion: [m] bound of how far the shape can come within the step.
         turned: [rad] how far the mesh turns within the step.
@@ -220,10 +219,7 @@ def collide_mesh(
         scratch: (264, 8), overwritten.
     """
     num_corners = put_shape(shape_a, position_a, rotation_a, size_a, position_b, rotation_b, margin, scratch)
-    set_motion(motion, scratch)
-    set_turned(turned, scratch)
-    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
-    two_sided = mesh.two_sided == 1
+    vertices, faces, nodes, two_sided = open_mesh(mesh, motion, turned, scratch)
     found = np.int64(0)
     listed = 0
     node = 0
@@ -242,5 +238,5 @@ def collide_mesh(
     if listed != 0:
         found = corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners, scratch, found)
     if found == 0:
-        found = push_out(mesh, vertices, faces, nodes, scratch)
+        found = push_out(mesh[0][0], vertices, faces, nodes, scratch)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

@@ -52,6 +52,12 @@ def listed_face(scratch, item):
 
 
 @kernel
+def put_listed_face(scratch, item, index):
+    """Put a face at this place of the list."""
+    scratch[FACE_ROW + (item >> 3), item & 7] = index
+
+
+@kernel
 def _list_edge(vertices, faces, index, k, two_sided, center, scratch, end):
     """Append edge k of a face to the list of features; return the new end.
 
@@ -255,7 +261,7 @@ def list_near(vertices, faces, nodes, node, end, two_sided, core, capacity, scra
                 continue
             if _is_beside(a, b, n, core) or _is_beside(b, c, n, core) or _is_beside(c, a, n, core):
                 continue
-            scratch[FACE_ROW + (count >> 3), count & 7] = index
+            put_listed_face(scratch, count, index)
             count += 1
         node += 1
     return count, node

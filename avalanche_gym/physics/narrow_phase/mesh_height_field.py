@@ -10,22 +10,11 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .height_field import corners_against_faces, highest_below, highest_between
 from .height_field_grid import cell_index, grid_of, list_features, sample, upward_normal
-from .mesh import tables_of
-from .mesh_pieces import (
-    box_of,
-    edges_of_leaf,
-    faces_of_leaf,
-    falloff_by,
-    far_margin,
-    half_diagonal,
-    list_vertices,
-    near_margin,
-    node_core,
-    put_node,
-    turn_round,
-    vertices_beside_edges,
-)
-from .path import NEAR_MOTIONS, seen_from
+from .mesh_depth import DEEPER, leave_out_far, tells_of_depth, terrain_is_deep
+from .mesh_edges import edges_of_leaf, vertices_beside_edges
+from .mesh_pieces import box_of, depths, half_diagonal, lowest_corner, node_core, prospects, put_node, turn_round
+from .mesh_vertices import faces_of_leaf, list_vertices
+from .path import NEAR_MOTIONS
 from .smooth_contacts import LINE, bounds_around, collide_ball, collide_curve, number_alike, prepare_scratch
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, jet, patch_of
@@ -36,16 +25,6 @@ from .terrain_shape import in_frame, put_path, rank_by_motion
 MOST_CELLS = 12
 # ... and over more than this not even with the highest sample.
 MOST_SAMPLES = 1 << 12
-
-
-@kernel
-def _lowest_corner(vertices, faces, node, n):
-    """The lowest that the vertices of a leaf reach along n, in the mesh's frame [m, times the length of n]."""
-    reach = math.inf
-    for index in range(node.first, node.first + node.count):
-        for k in range(3):
-            reach = min(reach, vec3.dot(n, vec3.load(vertices[faces[index].vertices[k]].position)))
-    return reach
 
 
 @kernel
@@ -96,14 +75,20 @@ def _meets_facets(vertices, faces, node, origin, axes, highest, grid, heights, r
                     continue
                 if node.count == 0:
                     return True
-                if _is_near(height + _lowest_corner(vertices, faces, node, own), n, path, margin, rest):
+                if _is_near(height + lowest_corner(vertices, faces, node, own), n, path, margin, rest):
                     return True
     return False
 
 
 @kernel
-def _leaf_on_facets(vertices, faces, nodes, node, origin, axes, grid, heights, rows, columns, highest, scratch, count):
-    """Contacts of one leaf; return the new count of candidates. The mesh is the second shape of the pair."""
+def _leaf_on_facets(
+    vertices, faces, nodes, node, core, origin, axes, grid, heights, rows, columns, highest, known, scratch, count
+):
+    """Contacts of one leaf; return the new count of candidates, and whether some lie deep (mesh_depth.py).
+
+    The mesh is the second shape of the pair. ``known``: whether it is known that some lie deep.
+    """
+    deep = known
     second = 1
     item = 0
     turn = 0
@@ -115,6 +100,7 @@ def _leaf_on_facets(vertices, faces, nodes, node, origin, axes, grid, heights, r
             end, sample = list_features(grid, heights, rows, columns, scratch, sample)
             count = vertices_beside_edges(vertices, axes, listed, end, scratch, count)
             if turn == 0:
+                deep = deep or terrain_is_deep(vertices, faces, node, origin, axes, end, scratch, core[7])
                 no_mesh = (vertices[:0], faces[:0], nodes[:0])
                 count = edges_of_leaf(
                     vertices, faces, nodes, node, origin, axes, second, no_mesh, False, end, scratch, count
@@ -124,7 +110,7 @@ def _leaf_on_facets(vertices, faces, nodes, node, origin, axes, grid, heights, r
                 break
         turn += 1
         if item == 0:
-            return count
+            return count, deep
 
 
 @kernel
@@ -136,13 +122,8 @@ def collide_mesh_height_field(
     position_b,
     rotation_b,
     mesh,
-    vertices,
-    faces,
-    nodes,
     margin,
-    motion,
-    path,
-    loose,
+    flight,
     contacts,
     count,
     scratch,
@@ -154,25 +135,25 @@ def collide_mesh_height_field(
         field: its HEIGHT_FIELD_ROW.
         heights: pool of samples [m].
         position_b, rotation_b: place of the mesh.
-        mesh: its MESH_ROW.
-        vertices, faces, nodes: pools of VERTEX_ROW, FACE_ROW, NODE_ROW.
-        margin: [m] contacts farther apart are left out.
-        motion, path, loose: as in mesh_mesh.py.
+        mesh, margin, flight: as in mesh_mesh.py.
         contacts, count: as in ``manifold.emit``.
         scratch: (264, 8), overwritten.
     """
     origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
-    scale = half_diagonal(mesh)
-    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
+    rows, vertices, faces, nodes = mesh
+    scale = half_diagonal(rows[0])
     grid = grid_of(field)
     rows = field.rows
     columns = field.columns
     heights = heights[field.first : field.first + rows * columns]
-    seen = seen_from(path, 1.0, position_a, rotation_a)
-    falloff = falloff_by(margin, motion)
-    rest = near_margin(margin, loose)
-    found = np.int64(0)
+    seen, falloff, rest, far = prospects(margin, flight, 1.0, position_a, rotation_a)
+    skin, deepest = depths(scale, flight)
+    margin = max(margin, skin)
+    asked = margin
+    rest = max(rest, skin)
     while True:
+        found = np.int64(0)
+        deep = not rest < deepest
         node = 0
         while node < nodes.shape[0]:
             here = nodes[node]
@@ -185,14 +166,19 @@ def collide_mesh_height_field(
             if here.count > 0:
                 put_node(core, seen, scale, falloff, scratch)
                 highest = highest_below(grid, heights, rows, columns, scratch)
-                found = _leaf_on_facets(
-                    vertices, faces, nodes, here, origin, axes, grid, heights, rows, columns, highest, scratch, found
-                )
+                found, deep = _leaf_on_facets(
+                    vertices, faces, nodes, here, core, origin, axes, grid, heights, rows, columns, highest, deep,
+                    scratch, found,
+                )  # fmt: skip
             node += 1
-        far = far_margin(margin, motion, loose)
+        if rest < deepest and (deep or tells_of_depth(scratch, found, rest)):
+            rest = min(DEEPER * rest, deepest)
+            margin = max(margin, rest)
+            continue
         if found > 0 or not rest < far:
             break
         rest = far
+    found = leave_out_far(scratch, found, asked)
     first = count
     count = emit_candidates(scratch, found, position_a, rotation_a, contacts, count)
     turn_round(contacts, first, count)
@@ -240,7 +226,7 @@ def _lowest_of(vertices, faces, node, origin, axes, n):
     """The lowest that a node reaches along n, in the frame of the terrain [m, times the length of n]."""
     own = mat3.apply_transposed(axes, n)
     if node.count > 0:
-        return vec3.dot(n, origin) + _lowest_corner(vertices, faces, node, own)
+        return vec3.dot(n, origin) + lowest_corner(vertices, faces, node, own)
     middle, half = box_of(node)
     box = abs(own[0]) * half[0] + abs(own[1]) * half[1] + abs(own[2]) * half[2]
     return vec3.dot(n, origin) + vec3.dot(own, middle) - box
@@ -296,17 +282,12 @@ def collide_mesh_smooth_field(
     position_a,
     rotation_a,
     mesh,
-    vertices,
-    faces,
-    nodes,
     position_b,
     rotation_b,
     field,
     pool,
     margin,
-    motion,
-    path,
-    loose,
+    flight,
     contacts,
     count,
     scratch,
@@ -316,13 +297,11 @@ def collide_mesh_smooth_field(
     Arguments as above; smooth_contacts.py says what is exact and what may be missed.
     """
     origin, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
-    scale = half_diagonal(mesh)
-    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
+    rows, vertices, faces, nodes = mesh
+    scale = half_diagonal(rows[0])
     patch = patch_of(field)
     c = coefficients_of(field, pool)
-    seen = seen_from(path, -1.0, position_b, rotation_b)
-    falloff = falloff_by(margin, motion)
-    rest = near_margin(margin, loose)
+    seen, falloff, rest, far = prospects(margin, flight, -1.0, position_b, rotation_b)
     found = 0
     while True:
         node = 0
@@ -345,7 +324,6 @@ def collide_mesh_smooth_field(
                     vertices, faces, here, origin, axes, patch, c, core, highest, n, level, near, scratch, found
                 )
             node += 1
-        far = far_margin(margin, motion, loose)
         if found > 0 or not rest < far:
             break
         rest = far

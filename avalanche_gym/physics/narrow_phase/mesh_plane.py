@@ -12,9 +12,8 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .mesh import tables_of
-from .mesh_pieces import box_of, falloff_by, far_margin, near_margin
-from .path import NEAR_MOTIONS, displacement, seen_from
+from .mesh_pieces import box_of, prospects
+from .path import NEAR_MOTIONS, displacement
 from .terrain_candidates import TERRAIN_VERTEX, VERTEX_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_shape import in_frame, put_core, put_path, rank_by_motion
 
@@ -46,13 +45,8 @@ def collide_plane_mesh(
     position_b,
     rotation_b,
     mesh,
-    vertices,
-    faces,
-    nodes,
     margin,
-    motion,
-    path,
-    loose,
+    flight,
     contacts,
     count,
     scratch,
@@ -62,16 +56,16 @@ def collide_plane_mesh(
     Arguments as in mesh_mesh.py.
     """
     origin, axes = in_frame(position_b, rotation_b, position_a, rotation_a)
-    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
-    half = vec3.scale(0.5, vec3.sub(vec3.load(mesh.upper), vec3.load(mesh.lower)))
-    middle = vec3.scale(0.5, vec3.add(vec3.load(mesh.upper), vec3.load(mesh.lower)))
+    rows, vertices, faces, nodes = mesh
+    row = rows[0]
+    half = vec3.scale(0.5, vec3.sub(vec3.load(row.upper), vec3.load(row.lower)))
+    middle = vec3.scale(0.5, vec3.add(vec3.load(row.upper), vec3.load(row.lower)))
     put_core(vec3.add(origin, mat3.apply(axes, middle)), axes, half, 0.0, margin, scratch)
-    rank_by_motion(falloff_by(margin, motion), scratch)
-    seen = seen_from(path, 1.0, position_a, rotation_a)
+    seen, falloff, rest, far = prospects(margin, flight, 1.0, position_a, rotation_a)
+    rank_by_motion(falloff, scratch)
     # With the normal reversed the motion is too.
     put_path((vec3.neg(seen[0]), vec3.neg(seen[1])), vec3.ZERO, margin, scratch)
     down = mat3.apply_transposed(axes, DOWN)
-    rest = near_margin(margin, loose)
     found = np.int64(0)
     while True:
         node = 0
@@ -92,7 +86,6 @@ def collide_plane_mesh(
                             position = (place[0], place[1], 0.5 * place[2])
                             found = add_candidate(scratch, found, position, DOWN, place[2], feature)
             node += 1
-        far = far_margin(margin, motion, loose)
         if found > 0 or not rest < far:
             break
         rest = far

@@ -7,13 +7,13 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import FLAT_POINTS, toward_plane
-from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, over_face, tables_of
+from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, open_mesh, over_face
 from .mesh_features import list_faces, list_features, listed_face
 from .mesh_surface import is_way_out, push_out, side_of
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
-from .terrain_shape import CENTER_ROW, get, margin_of, motion_of, scale_of, set_motion, set_turned
+from .terrain_shape import CENTER_ROW, get, margin_of, motion_of, scale_of
 from .triangle import REGION_SLACK
 
 
@@ -55,9 +55,6 @@ def collide_cylinder_mesh(
     position_b,
     rotation_b,
     mesh,
-    vertices,
-    faces,
-    nodes,
     margin,
     motion,
     turned,
@@ -68,10 +65,7 @@ def collide_cylinder_mesh(
     """Append the contacts of a cylinder with a mesh; return the new count. Arguments as in mesh.py."""
     radius, half_length = size_a[0], size_a[1]
     _, axes = put_cylinder(size_a, position_a, rotation_a, position_b, rotation_b, margin, scratch)
-    set_motion(motion, scratch)
-    set_turned(turned, scratch)
-    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
-    two_sided = mesh.two_sided == 1
+    vertices, faces, nodes, two_sided = open_mesh(mesh, motion, turned, scratch)
     found = np.int64(0)
     node = 0
     while node < nodes.shape[0]:
@@ -96,7 +90,7 @@ def collide_cylinder_mesh(
             if item == 0:
                 break
     if found == 0:
-        found = push_out(mesh, vertices, faces, nodes, scratch)
+        found = push_out(mesh[0][0], vertices, faces, nodes, scratch)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)
 
 
@@ -108,9 +102,6 @@ def collide_hull_mesh(
     position_b,
     rotation_b,
     mesh,
-    vertices,
-    faces,
-    nodes,
     margin,
     motion,
     turned,
@@ -120,10 +111,7 @@ def collide_hull_mesh(
 ):
     """Append the contacts of a hull (terrain_hull.py) with a mesh; return the new count."""
     origin, axes = put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch)
-    set_motion(motion, scratch)
-    set_turned(turned, scratch)
-    vertices, faces, nodes = tables_of(mesh, vertices, faces, nodes)
-    two_sided = mesh.two_sided == 1
+    vertices, faces, nodes, two_sided = open_mesh(mesh, motion, turned, scratch)
     found = np.int64(0)
     listed = 0
     node = 0
@@ -141,8 +129,8 @@ def collide_hull_mesh(
         listed = IN_PIECES
     number = np.int64(0)
     while listed != 0 and number < hull[0][0].num_vertices:
-        num_corners, number = list_corners(hull, origin, axes, number, mesh.upper[2] + margin, scratch)
+        num_corners, number = list_corners(hull, origin, axes, number, mesh[0][0].upper[2] + margin, scratch)
         found = corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners, scratch, found)
     if found == 0:
-        found = push_out(mesh, vertices, faces, nodes, scratch)
+        found = push_out(mesh[0][0], vertices, faces, nodes, scratch)
     return emit_candidates(scratch, found, position_b, rotation_b, contacts, count)

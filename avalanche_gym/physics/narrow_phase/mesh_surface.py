@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import vec3
-from ..shapes.static_tree import box_distance_squared, leaf_near
+from ..shapes.static_tree import leaf_near, leaf_within
 from .terrain_candidates import add_candidate
 from .terrain_shape import CENTER_ROW, axis_of, get, radius_of
 from .triangle import EDGE, REGION_SLACK, VERTEX, closest_point
@@ -61,12 +61,9 @@ def nearest_face(vertices, faces, nodes, p, best):
     found = -1
     point = p
     feature = 0
-    node = 0
+    node = leaf_within(nodes, 0, p, best)
     while node < nodes.shape[0]:
         here = nodes[node]
-        if box_distance_squared(here, p) >= best:
-            node = int(here.skip)
-            continue
         for index in range(here.first, here.first + here.count):
             a, b, c = corners_of(vertices, faces[index])
             nearest, lies_on = closest_point(p, a, b, c)
@@ -76,7 +73,7 @@ def nearest_face(vertices, faces, nodes, p, best):
                 found = index
                 point = nearest
                 feature = lies_on
-        node += 1
+        node = leaf_within(nodes, node + 1, p, best)
     return found, point, feature
 
 
@@ -91,20 +88,28 @@ def base_of(vertices, faces, nodes, two_sided, center, p, bound):
 
 
 @kernel
+def depth_squared(vertices, faces, nodes, two_sided, center, p, bound):
+    """How far p is from the surface, squared, at most ``bound`` [m^2]; and whether it is inside."""
+    index, nearest, lies_on = nearest_face(vertices, faces, nodes, p, bound)
+    if index < 0:
+        return bound, False
+    side = side_of(vertices, faces[index], two_sided, center)
+    inside = is_inside(vertices, faces, faces[index], side, p, nearest, lies_on)
+    return vec3.norm_squared(vec3.sub(p, nearest)), inside
+
+
+@kernel
 def _any_nearer(vertices, faces, nodes, p, square):
     """Whether a face is nearer to p than the square root of ``square`` [m^2]."""
-    node = 0
+    node = leaf_within(nodes, 0, p, square)
     while node < nodes.shape[0]:
         here = nodes[node]
-        if box_distance_squared(here, p) >= square:
-            node = int(here.skip)
-            continue
         for index in range(here.first, here.first + here.count):
             a, b, c = corners_of(vertices, faces[index])
             nearest, _ = closest_point(p, a, b, c)
             if vec3.norm_squared(vec3.sub(p, nearest)) < square:
                 return True
-        node += 1
+        node = leaf_within(nodes, node + 1, p, square)
     return False
 
 

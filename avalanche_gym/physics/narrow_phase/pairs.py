@@ -1,7 +1,7 @@
 """The function of each pair of shapes, as a stage: a scene compiles those that can occur in it.
 
 Every stage opens the query the same way: ``opened`` gives what a pair of closed forms takes, ``height_field_pools``,
-``mesh_pools``, ``hull_pools`` and ``hull_of`` the tables of shapes.
+``mesh_of``, ``hull_pools`` and ``hull_of`` the tables of shapes.
 """
 
 from __future__ import annotations
@@ -72,14 +72,19 @@ def height_field_pools(query):
 
 
 @kernel
-def mesh_pools(query):
-    """Rows, vertices, faces and nodes of all meshes."""
+def mesh_of(query, number):
+    """Tables of one mesh by its number: MESH_ROW (1), VERTEX_ROW, FACE_ROW, NODE_ROW."""
     header = header_at(query.header)
+    rows = table(header.meshes, header.meshes_size, MESH_ROW)[number : number + 1]
+    row = rows[0]
+    vertices = table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW)
+    faces = table(header.mesh_faces, header.mesh_faces_size, FACE_ROW)
+    nodes = table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW)
     return (
-        table(header.meshes, header.meshes_size, MESH_ROW),
-        table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW),
-        table(header.mesh_faces, header.mesh_faces_size, FACE_ROW),
-        table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW),
+        rows,
+        vertices[row.first_vertex : row.first_vertex + row.num_vertices],
+        faces[row.first_face : row.first_face + row.num_faces],
+        nodes[row.first_node : row.first_node + row.num_nodes],
     )
 
 
@@ -240,73 +245,36 @@ def hull_height_field_stage(address, count):
 def mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
     place = (query.shape_a, position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_mesh(
-        *place,
-        rows[query.data_b],
-        vertices,
-        faces,
-        nodes,
-        margin,
-        query.motion,
-        turned_of_second(query),
-        contacts,
-        count,
-        scratch_of(query),
-    )
+    moves = (query.motion, turned_of_second(query))
+    return collide_mesh(*place, mesh_of(query, query.data_b), margin, *moves, contacts, count, scratch_of(query))
 
 
 @stage
 def cylinder_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, size_a, position_b, rotation_b, _, margin, contacts = opened(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, size_a, position_b, rotation_b)
-    return collide_cylinder_mesh(
-        *place,
-        rows[query.data_b],
-        vertices,
-        faces,
-        nodes,
-        margin,
-        query.motion,
-        turned_of_second(query),
-        contacts,
-        count,
-        scratch_of(query),
-    )
+    mesh = mesh_of(query, query.data_b)
+    moves = (query.motion, turned_of_second(query))
+    return collide_cylinder_mesh(*place, mesh, margin, *moves, contacts, count, scratch_of(query))
 
 
 @stage
 def hull_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
     place = (position_a, rotation_a, hull_of(query), position_b, rotation_b)
-    return collide_hull_mesh(
-        *place,
-        rows[query.data_b],
-        vertices,
-        faces,
-        nodes,
-        margin,
-        query.motion,
-        turned_of_second(query),
-        contacts,
-        count,
-        scratch_of(query),
-    )
+    moves = (query.motion, turned_of_second(query))
+    return collide_hull_mesh(*place, mesh_of(query, query.data_b), margin, *moves, contacts, count, scratch_of(query))
 
 
 @stage
 def plane_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
-    place = (position_a, rotation_a, position_b, rotation_b)
-    tables = (rows[query.data_b], vertices, faces, nodes)
-    return collide_plane_mesh(*place, *tables, margin, *motion_of(query), contacts, count, scratch_of(query))
+    place = (position_a, rotation_a, position_b, rotation_b, mesh_of(query, query.data_b))
+    return collide_plane_mesh(*place, margin, motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage
@@ -314,32 +282,28 @@ def height_field_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
     fields, heights = height_field_pools(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
-    place = (position_a, rotation_a, fields[query.data_a], heights, position_b, rotation_b, rows[query.data_b])
-    tables = (vertices, faces, nodes)
-    return collide_mesh_height_field(*place, *tables, margin, *motion_of(query), contacts, count, scratch_of(query))
+    field = (position_a, rotation_a, fields[query.data_a], heights)
+    mesh = (position_b, rotation_b, mesh_of(query, query.data_b))
+    return collide_mesh_height_field(*field, *mesh, margin, motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage
 def mesh_mesh_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
-    place = (position_a, rotation_a, rows[query.data_a], position_b, rotation_b, rows[query.data_b])
-    tables = (vertices, faces, nodes)
-    return collide_meshes(*place, *tables, margin, *motion_of(query), contacts, count, scratch_of(query))
+    mesh_a = (position_a, rotation_a, mesh_of(query, query.data_a))
+    mesh_b = (position_b, rotation_b, mesh_of(query, query.data_b))
+    return collide_meshes(*mesh_a, *mesh_b, margin, motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage
 def mesh_smooth_stage(address, count):
     query = query_at(address)
     position_a, rotation_a, _, position_b, rotation_b, _, margin, contacts = opened(query)
-    rows, vertices, faces, nodes = mesh_pools(query)
     fields, heights = height_field_pools(query)
-    place = (position_a, rotation_a, rows[query.data_a], vertices, faces, nodes, position_b, rotation_b)
-    return collide_mesh_smooth_field(
-        *place, fields[query.data_b], heights, margin, *motion_of(query), contacts, count, scratch_of(query)
-    )
+    mesh = (position_a, rotation_a, mesh_of(query, query.data_a))
+    field = (position_b, rotation_b, fields[query.data_b], heights)
+    return collide_mesh_smooth_field(*mesh, *field, margin, motion_of(query), contacts, count, scratch_of(query))
 
 
 @stage

@@ -97,6 +97,20 @@ def box_distance_squared(node, p):
 
 
 @kernel
+def leaf_within(nodes, node, p, square):
+    """The first leaf from ``node`` on that is nearer to p than the root of ``square`` [m^2], or their number."""
+    while node < nodes.shape[0]:
+        here = nodes[node]
+        if box_distance_squared(here, p) >= square:
+            node = int(here.skip)
+        elif here.count == 0:
+            node += 1
+        else:
+            break
+    return node
+
+
+@kernel
 def leaf_near(nodes, p):
     """A leaf close to a point: always down to the nearer child. Gives a search its first bound."""
     node = 0
