@@ -12,9 +12,7 @@ None uses ``fastmath``: lanes of a batch must agree bit for bit, and NaN must st
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
@@ -27,22 +25,9 @@ from numba.extending import intrinsic
 from .cache import AnnouncedCache, LateCache, LinkedCache, MachineCache
 from .intermediate import LinkedKernel
 from .passes import LeanCompiler
+from .shortcuts import compiling
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """Numba's compiler makes millions of objects that live until it ends: looking through them took a seventh of the
-    time.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def _compiled(function: Function, cache: type[MachineCache]) -> Function:
@@ -51,7 +36,7 @@ def _compiled(function: Function, cache: type[MachineCache]) -> Function:
     )
     # Enabling a cache of our own is what ``cache=True`` does, with another locator.
     dispatcher._cache = LateCache(function, cache)
-    dispatcher.compile = _no_garbage_collection()(dispatcher.compile)
+    dispatcher.compile = compiling()(dispatcher.compile)
     linked = LinkedKernel(function, LateCache(function, LinkedCache), dispatcher.targetoptions)
 
     # Numba compiles a function anew for every constant that is written in a call of it: f(x, 0) and f(x, 1) are two
@@ -91,7 +76,7 @@ class Stage:
             pipeline_class=LeanCompiler,
         )
         compiled._cache = AnnouncedCache(self._function)
-        with _no_garbage_collection():
+        with compiling():
             compiled.compile()
         self._compiled = compiled  # owns the machine code
         return int(compiled.address)

@@ -5,8 +5,8 @@ needs none of the three: what runs is the stage or the entry point that contains
 So a kernel that compiled code calls is typed and lowered, and left there. The engine compiles in two thirds of the
 time, to code that is as fast and gives the same bits.
 
-The classes here stand in for Numba's own at the seams of its compiler: the library that collects the code of a
-function, the flags of a compilation, and what the cache keeps of its result.
+The classes here stand in for Numba's own at the seams of its compiler: the flags of a compilation, and what the cache
+keeps of its result.
 """
 
 from __future__ import annotations
@@ -15,37 +15,20 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-import llvmlite.binding as llvm
-from numba.core import caching, codegen, compiler, sigutils, typing
+from numba.core import caching, compiler, sigutils, typing
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.registry import cpu_target
 
+from .libraries import LinkedLibrary
 from .passes import LeanCompiler, SharedFlags
-
-
-class _Library(codegen.JITCodeLibrary):
-    """The code of a kernel and of all that it calls, linked, neither optimised nor compiled."""
-
-    def finalize(self) -> None:
-        for library in dict.fromkeys(self._linking_libraries):
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    @classmethod
-    def from_bitcode(cls, target: Any, name: str, bitcode: bytes) -> _Library:
-        library = cls(target, name)
-        library._final_module = llvm.parse_bitcode(bitcode)
-        library._finalized = True
-        return library
 
 
 class _Pipeline(LeanCompiler):
     """A compiler that writes into a library of the kind above."""
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library = LinkedLibrary(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
 
 
@@ -77,7 +60,7 @@ class IntermediateCodec(caching.CompileResultCacheImpl):
         return compiler.compile_result(
             typing_context=target_context.typing_context,
             target_context=target_context,
-            library=_Library.from_bitcode(target_context.codegen(), name, bitcode),
+            library=LinkedLibrary.from_bitcode(target_context.codegen(), name, bitcode),
             fndesc=fndesc,
             signature=signature,
             typing_error=None,

@@ -1,0 +1,94 @@
+"""Lowering, from typed code to that of LLVM, without what the kernels of this engine do not need.
+
+Numba asks of every variable whether it owns memory, and takes tuples of numbers apart to find that none of their parts
+does; it writes down the address of every function that is called, which nobody reads; it measures variables for a
+debugger; and it tries three times whether an operand is a constant. Half of the code that it handed to LLVM was of that
+kind. Here it is left out where it is known to be dead; the rest is Numba's own.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from numba.core import cgutils, ir, lowering, typed_passes, types
+from numba.core.compiler_machinery import register_pass
+
+
+class _LeanLower(lowering.Lower):
+    """Numba's lowering of one function."""
+
+    _owners: ClassVar[dict[Any, bool]] = {}
+
+    def _owns_memory(self, kind: Any) -> bool:
+        """Whether values of a type hold references that are counted."""
+        owns = self._owners.get(kind)
+        if owns is None:
+            owns = self._owners[kind] = bool(self.context.data_model_manager[kind].contains_nrt_meminfo())
+        return owns
+
+    def incref(self, typ: Any, val: Any) -> None:
+        if self._owns_memory(typ):
+            super().incref(typ, val)
+
+    def decref(self, typ: Any, val: Any) -> None:
+        if self._owns_memory(typ):
+            super().decref(typ, val)
+
+    def delvar(self, name: str) -> None:
+        # The end of a variable matters to what it owns.
+        kind = self.typeof(name)
+        if self._owns_memory(kind) or self._disable_sroa_like_opt:
+            super().delvar(name)
+        else:
+            if name not in self._blk_local_varmap:
+                self._singly_assigned_vars.discard(name)
+            self._alloca_var(name, kind)
+
+    def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
+        kind = self.typeof(name)
+        if (
+            self._owns_memory(kind)
+            or self._disable_sroa_like_opt
+            or name in self._singly_assigned_vars
+            or value.type != self.context.get_value_type(kind)
+        ):
+            super().storevar(value, name, argidx=argidx)
+        else:
+            self._alloca_var(name, kind)
+            self.builder.store(value, self.getvar(name))
+
+    def alloca_lltype(self, name: str, lltype: Any, datamodel: Any = None) -> Any:
+        if self._disable_sroa_like_opt:
+            return super().alloca_lltype(name, lltype, datamodel=datamodel)
+        return cgutils.alloca_once(self.builder, lltype, name=name, zfill=False)
+
+    def lower_assign(self, ty: Any, inst: Any) -> Any:
+        # A function that is called is reached by its name.
+        if isinstance(ty, types.Dispatcher) and isinstance(inst.value, (ir.Global, ir.FreeVar)):
+            return self.context.get_dummy_value()
+        return super().lower_assign(ty, inst)
+
+    def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
+        if expr.static_lhs is not ir.UNDEFINED or expr.static_rhs is not ir.UNDEFINED:
+            return super().lower_binop(resty, expr, op)
+        context, builder = self.context, self.builder
+        function = context.typing_context.resolve_value_type(op)
+        signature = self.fndesc.calltypes[expr]
+        operands = [
+            context.cast(builder, self.loadvar(side.name), self.typeof(side.name), kind)
+            for side, kind in zip((expr.lhs, expr.rhs), signature.args, strict=True)
+        ]
+        found = function.get_call_type(context.typing_context, signature.args, {})
+        result = context.get_function(function, found)(builder, operands)
+        return context.cast(builder, result, signature.return_type, resty)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class LeanLowering(typed_passes.NativeLowering):
+    """Numba's pass with the lowering above."""
+
+    _name = "lean_lowering"
+
+    @property
+    def lowering_class(self) -> type[lowering.Lower]:
+        return _LeanLower
