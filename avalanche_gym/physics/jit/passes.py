@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 from numba.core import compiler, typed_passes, untyped_passes
 from numba.core.compiler_machinery import PassManager
 
-from .libraries import RunLibrary
 from .lowering import LeanLowering
 
 # By name: not every version of Numba has all of them.
@@ -56,12 +55,6 @@ class _LeanManager(PassManager):
 
 class LeanCompiler(compiler.Compiler):
     """Numba's passes but for the idle ones."""
-
-    def compile_extra(self, func: Any) -> Any:
-        if self.state.library is None:
-            self.state.library = RunLibrary(self.state.targetctx.codegen(), func.__qualname__)
-            self.state.library.enable_object_caching()
-        return super().compile_extra(func)
 
     def define_pipelines(self) -> list[PassManager]:
         (standard,) = super().define_pipelines()
