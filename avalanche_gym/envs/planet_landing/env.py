@@ -202,7 +202,7 @@ class PlanetLandingEnv(SingleEnv):
 
     - `shaping`: the increase of a potential, which is minus the sum of: 1 per metre of altitude; 2 per m/s of velocity
       that differs from a descent at 0.35 m/s a metre of altitude (0.3 to 1.5 m/s; 0 on the ground); 3 per
-      radian of tilt, less at altitude; 0.5 per rad/s of spin; 0.5 per metre to the site; and minus 1 for each foot on
+      radian of tilt, less at altitude; 0.5 per rad/s of spin; 0.5 per metre to the site; and minus 2 for each foot on
       the ground. The step of a crash earns none,
     - `fuel`: -0.05 per m/s of fuel burnt,
     - `time`: -0.03 for each step,
