@@ -6,7 +6,8 @@
 Bodies of 0.1 to 0.2 m, density 300 to 3000 kg/m^3, friction 0.5, rolling friction 0.005 m, fall with a random turn,
 velocity and spin; default options, steps of 1/240 s. ``--heap n``: n bodies of mixed shapes one above the other.
 
-Columns: when all of them slept [s], speed and spin of the fastest in the end, and the deepest overlap after any step:
+Columns: when all of them slept [s], speed and spin of the fastest in the end, what of that friction brakes (nothing of
+a spin on a single point), and the deepest overlap after any step:
 by the report, and with ``--depth`` by the distance (World.closest_point) of vertices and middles of edges of each mesh,
 and of facets of the ground, from all other bodies.
 """
@@ -140,8 +141,30 @@ class Depths:
         return worst
 
 
-def run(names: list[str], on: str, seed: int, seconds: float, look: bool) -> tuple[float, float, float, float, float]:
-    """Time [s] at which all slept, or inf; speed [m/s] and spin [rad/s] in the end; deepest by report and by points."""
+def braked(world: physics.World) -> float:
+    """What friction brakes: the fastest point that bears [m/s], or spin across the normal there [rad/s].
+
+    A body that spins on a single point has neither; rolling friction does not stop that.
+    """
+    fastest = 0.0
+    for contact in world.contacts():
+        if not contact["impulse"].any():
+            continue
+        for body in (contact["body_a"], contact["body_b"]):
+            spin = world.angular_velocity[0, body]
+            arm = contact["position"] - world.position[0, body]
+            slides = np.linalg.norm(world.linear_velocity[0, body] + np.cross(spin, arm))
+            rolls = np.linalg.norm(np.cross(spin, contact["normal"]))
+            fastest = max(fastest, float(slides), float(rolls))
+    return fastest
+
+
+def run(
+    names: list[str], on: str, seed: int, seconds: float, look: bool
+) -> tuple[float, float, float, float, float, float]:
+    """Time [s] at which all slept, or inf; speed [m/s] and spin [rad/s] in the end, and what of them is braked; deepest
+    by report and by points.
+    """
     world = drop(names, on, seed)
     depths = Depths(world, names, on) if look else None
     reported, measured = 0.0, 0.0 if look else np.nan
@@ -156,7 +179,7 @@ def run(names: list[str], on: str, seed: int, seconds: float, look: bool) -> tup
             break
     speed = float(np.linalg.norm(world.linear_velocity[0, 1:], axis=1).max())
     spin = float(np.linalg.norm(world.angular_velocity[0, 1:], axis=1).max())
-    return slept, speed, spin, reported, measured
+    return slept, speed, spin, braked(world), reported, measured
 
 
 def main() -> None:
@@ -172,7 +195,7 @@ def main() -> None:
     kinds = {name: [name] for name in arguments.shapes}
     if arguments.heap > 0:
         kinds = {f"heap of {arguments.heap}": [*arguments.shapes * arguments.heap][: arguments.heap]}
-    print(f"{'':20s} seed asleep s  speed m/s spin rad/s reported m measured m")
+    print(f"{'':20s} seed asleep s  speed m/s spin rad/s     braked reported m measured m")
     for name, names in kinds.items():
         for on in arguments.grounds:
             for seed in range(arguments.first, arguments.first + arguments.seeds):
