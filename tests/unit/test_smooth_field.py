@@ -178,17 +178,21 @@ def test_axis_edge_and_face_over_a_hilltop():
         np.testing.assert_allclose(contacts["position"], np.zeros((1, 3)), atol=1e-12)
 
 
+def steep_hills(rng):
+    """(terrain of the oracle, the same as a spline of (y, x)): hills of a few cells on 4 x 4 m."""
+    size = (4.0, 4.0)
+    heights = octaves(17, 17, size, rng, amplitude=0.3, period=1.0, count=2)
+    line = np.linspace(-2.0, 2.0, 17)
+    return oracle.smooth_terrain(heights, size), RectBivariateSpline(line, line, heights)
+
+
 def test_hilltops_that_share_a_cell_are_found_under_a_face():
     """On hills of a few cells, every local minimum in front of the lower face of a box that is tilted at random.
 
     With seeds at the samples alone a third was missed, and a box had sunk into it by 9 mm.
     """
     rng = np.random.default_rng(0)
-    size = (4.0, 4.0)
-    heights = octaves(17, 17, size, rng, amplitude=0.3, period=1.0, count=2)
-    terrain = oracle.smooth_terrain(heights, size)
-    line = np.linspace(-2.0, 2.0, 17)
-    spline = RectBivariateSpline(line, line, heights)
+    terrain, spline = steep_hills(rng)
     half = (0.3, 0.25, 0.1)
     x, y = np.meshgrid(np.linspace(-0.3, 0.3, 61), np.linspace(-0.25, 0.25, 51))
     found = missed = 0
@@ -222,11 +226,7 @@ def test_lowest_points_of_an_edge_beside_higher_ground_are_found():
     A bracket widened by an interval on both sides held a second zero of the slope, and the point was given up.
     """
     rng = np.random.default_rng(1)
-    size = (4.0, 4.0)
-    heights = octaves(17, 17, size, rng, amplitude=0.3, period=1.0, count=2)
-    terrain = oracle.smooth_terrain(heights, size)
-    line = np.linspace(-2.0, 2.0, 17)
-    spline = RectBivariateSpline(line, line, heights)
+    terrain, spline = steep_hills(rng)
     along = np.linspace(-0.3, 0.3, 601)
     found = missed = 0
     for _ in range(400):
