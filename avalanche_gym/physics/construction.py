@@ -37,6 +37,7 @@ from .model import (
 )
 from .scene import Body, Material, PointGravity, Scene, UniformGravity
 from .shapes import ConvexHull, HeightField, TriangleMesh
+from .shapes.flatness import flattened
 from .shapes.height_spline import pool_of_field
 from .shapes.hull_preparation import PreparedHull, prepare_hull
 from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
@@ -221,7 +222,10 @@ class ShapeTables:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         rows = np.zeros(len(self._height_fields), HEIGHT_FIELD_ROW)
-        pools = [pool_of_field(shape.heights, shape.surface == "smooth") for shape in self._height_fields]
+        pools = [
+            pool_of_field(flattened(shape.heights, shape.extent), shape.surface == "smooth")
+            for shape in self._height_fields
+        ]
         first = 0
         for row, shape, pool in zip(rows, self._height_fields, pools, strict=True):
             row["rows"], row["columns"] = shape.heights.shape

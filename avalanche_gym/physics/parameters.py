@@ -11,6 +11,7 @@ from .integrator.flight import flow_class
 from .mass_properties import check_inertia, check_mass, rotation_matrix
 from .model import HEIGHT_FIELD, HEIGHT_POOLS, SMOOTH_FIELD
 from .scene import Body, check_coefficient
+from .shapes.flatness import flattened
 from .shapes.height_spline import pool_of_field
 from .storage import Storage
 
@@ -160,7 +161,10 @@ def set_heights(
             raise ValueError(f"{label} has shape {array.shape}; give {shape} or {(chosen, *shape)} [{unit}].")
         if not np.isfinite(array).all():
             raise ValueError(f"{label} holds values that are not finite; replace them.")
-        given[name] = pool_of_field(array.reshape(-1, *shape), bool(field["smooth"]))
+        array = array.reshape(-1, *shape)
+        if name == "heights":
+            array = flattened(array, field["extent"])
+        given[name] = pool_of_field(array, bool(field["smooth"]))
     if chosen == 0:
         return
     given.setdefault("height_rates", np.zeros((1, int(field["size"]))))

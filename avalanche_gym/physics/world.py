@@ -232,7 +232,8 @@ class World(Readings):
 
         Args:
             body: handle of a static or kinematic height field.
-            heights: (rows, columns) or (selected worlds, rows, columns) [m]; ``None`` keeps them.
+            heights: (rows, columns) or (selected worlds, rows, columns) [m]; ``None`` keeps them. Where they lie in one
+                plane, but for 1e-9 of the size of the field, they are put into it.
             height_rates: the same [m/s]; heights advance by them, and contacts feel them as the velocity of the ground,
                 until set again. ``None`` means at rest.
             world: as in apply_impulse. Worlds share terrain that is the same in all and at rest; otherwise each gets

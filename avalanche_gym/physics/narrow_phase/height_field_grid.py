@@ -18,6 +18,7 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..memory import table
 from ..model import HEIGHT_FIELD, HEIGHT_FIELD_ROW
+from ..shapes.flatness import FLAT_HEIGHT, HEIGHT_ROUND_OFF
 from .terrain_features import TILT, put_edge
 from .terrain_shape import (
     BOUNDS_ROW,
@@ -34,23 +35,20 @@ from .terrain_shape import (
     reach_squared_of,
 )
 
-# An edge is flat below a second difference of the heights of this fraction of the size of the field: a floor that is
-# flat to nine digits is flat, as it is for meshes (shapes/mesh_preparation.py). A body may sink in by as much.
-FLAT_HEIGHT = 1e-9
-# ... plus one of this many units of round-off of the heights themselves.
-FLAT_ROUND_OFF = 16.0 * 2.220446049250313e-16
-
 # Most rows of the list that one sample and its edges fill.
 ROWS_OF_SAMPLE = 17
 
 
 @kernel
 def grid_of(field):
-    """``grid`` of a HEIGHT_FIELD_ROW."""
+    """``grid`` of a HEIGHT_FIELD_ROW.
+
+    An edge is flat below a second difference of FLAT_HEIGHT of the size of the field; a body may sink in by as much.
+    """
     dx = field.extent[0] / (field.columns - 1)
     dy = field.extent[1] / (field.rows - 1)
     flat = FLAT_HEIGHT * max(field.extent[0], field.extent[1])
-    flat += FLAT_ROUND_OFF * max(abs(field.lowest), abs(field.highest))
+    flat += HEIGHT_ROUND_OFF * max(abs(field.lowest), abs(field.highest))
     return (-0.5 * field.extent[0], -0.5 * field.extent[1], dx, dy, 1.0 / dx, 1.0 / dy, flat)
 
 

@@ -26,6 +26,7 @@ class HeightField(Shape):
 
     Args:
         heights: (rows, columns) [m], at least 2 x 2; rows along y, columns along x, row 0 at -y, column 0 at -x.
+            Where they lie in one plane, but for 1e-9 of the size of the field, they are put into it (flatness.py).
         size: (extent along x, extent along y) [m], positive.
         surface: "facets": two triangles a cell, the diagonal joins (row, column) and (row + 1, column + 1); "smooth": a
             bicubic spline through the samples, with continuous slope and curvature (height_spline.py).

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..model import FACE_ROW, MESH_ROW, VERTEX_ROW
+from .flatness import FLAT_HEIGHT
 from .mesh_repair import (
     Floats,
     Ints,
@@ -33,10 +34,7 @@ from .static_tree import build_static_tree
 FLAT_ANGLE = 1e-9
 # ... plus what this many units of round-off of the coordinates can tilt a face,
 FLAT_ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
-# ... and vertices that are off its plane by this fraction of the size of the mesh: a floor that is flat to nine digits
-# is flat. Smaller: noise in the ninth digit makes edges and corners that bear. Larger: bodies of a hundredth of the
-# mesh sink in by more than what they leave alone (response/creep.py, SETTLED).
-FLAT_HEIGHT = 1e-9
+# ... and vertices that are off its plane by FLAT_HEIGHT of the size of the mesh.
 
 
 @dataclass
