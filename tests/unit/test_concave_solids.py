@@ -60,7 +60,7 @@ def test_the_profile_of_a_nut_keeps_its_clearance():
 
 def test_self_locking_friction_of_a_square_thread_is_the_tangent_of_the_lead():
     deep = Thread(0.01, 1e-4, 0.008)  # flanks almost flat
-    tangent = deep.pitch / (2.0 * math.pi * deep.mean_radius)
+    tangent = deep.pitch / (2.0 * math.pi * deep.radius)
     assert deep.self_locking_friction == pytest.approx(tangent, rel=1e-4)
 
 

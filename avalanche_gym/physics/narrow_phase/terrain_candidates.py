@@ -48,6 +48,13 @@ MOST_CONTACTS = 12
 # What a difference of unit normals counts against one of positions in units of the shape's size.
 NORMAL_WEIGHT = 0.3
 
+# So many of the contacts of a pair are chosen among those that touch, as long as there are any: a body has as many
+# degrees of freedom, and is not held by others that are near.
+HOLDING = 6
+# A contact open by less than this share of the shape's size touches: what bears in the end of a step is left closed
+# to 1e-9 of it. Larger: what is open takes the place of what bears, and the body settles by that much, on and on.
+TOUCHING = 1e-8
+
 # [rad] From here on a path to first order in the turn (path.py) does not tell what will strike.
 FAR_TURN = 0.5
 
@@ -86,10 +93,14 @@ def reduce_candidates(scratch, count, most):
         seen = (vec3.ZERO, vec3.ZERO)
     tilt = 0.0
     last = 0.0
+    touching = TOUCHING * scale
     for kept in range(most):
         chosen = kept
         best = -math.inf
+        bears = -math.inf
+        holding = kept
         lowest = 0.0
+        lowest_bearing = 0.0
         for i in range(kept, count):
             out = (scratch[i, 3], scratch[i, 4], scratch[i, 5])
             way = vec3.dot(out, displacement(seen, (scratch[i, 0], scratch[i, 1], scratch[i, 2])))
@@ -110,6 +121,13 @@ def reduce_candidates(scratch, count, most):
                 best = score
                 chosen = i
                 lowest = end
+            if kept < HOLDING and scratch[i, 6] <= touching and score > bears:
+                bears = score
+                holding = i
+                lowest_bearing = end
+        if kept > 0 and bears > 0.0:
+            chosen = holding
+            lowest = lowest_bearing
         last = lowest
         if kept == 0:
             tilt = (max(falloff_of(scratch), MERGE_DISTANCE * scale) - min(lowest, 0.0)) / scale

@@ -92,12 +92,12 @@ CLEARANCE = 2e-4  # [m]
 PLACE = 5  # [pitches] of the nut at the start
 
 
-def nut_on_bolt(friction: float, segments: int = 48) -> Scene:
+def nut_on_bolt(friction: float) -> Scene:
     """A nut under its own weight on an upright bolt."""
     scene = _gravity()
     steel = Material(friction=friction)
-    scene.add_body(bolt(THREAD, 10, segments=segments), motion="static", material=steel)
-    ring = nut(THREAD, 2, clearance=CLEARANCE, segments=segments)
+    scene.add_body(bolt(THREAD, 10), motion="static", material=steel)
+    ring = nut(THREAD, 2, clearance=CLEARANCE)
     scene.add_body(ring, density=7800.0, position=(0.0, 0.0, PLACE * THREAD.pitch), material=steel)
     return scene
 

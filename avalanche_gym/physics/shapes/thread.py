@@ -4,12 +4,21 @@ A thread is a strip of one pitch, from root to root, wound around the axis; its 
 crests and roots are sharp edges. Neighbouring turns share a line. The strip ends where it begins: along one turn of
 helix and one profile, a loop that a flat ramp closes.
 
-The helix of lead p and mean radius r rises by the angle atan(p / (2 pi r)). On flanks that lean by
-``flank`` [rad] from the plane across the axis a nut holds itself if the friction exceeds
+The helix of lead p at the radius r rises by the angle atan(p / (2 pi r)). On flanks that lean by ``flank`` [rad] from
+the plane across the axis a nut that bears there holds itself if the friction exceeds
 
     mu* = tan(lead angle) cos(flank'),    tan(flank') = tan(flank) cos(lead angle)
 
 (Shigley, "Mechanical Engineering Design", section on power screws: mu >= tan(lambda) cos(alpha_n)).
+
+**Facets.** A flank of n facets a turn lies below the round one, by up to tan(flank) r a^2 / 8 in the middle of a facet
+with a = 2 pi / n. That grows with r: where facets meet facets they bear on the crest of the bolt. A line of vertices of
+the one that turns by b over a facet of the other has to be lifted by tan(flank) r b (a - b) / 2. If both have n facets
+a turn, all lines are lifted at once: at rest the nut lies in a notch, whose sides are steeper than the round thread by
+tan(flank) r a / 2, a part 2 pi^2 r tan(flank) / (n p) of the slope p / (2 pi) that drives it (more than a half for 48
+facets on a thread of r = 2.5 p), and holds at a fraction of mu*. So bolt and nut have 45 and 48 facets. Of the 16
+places that lines have on their facets one is always close to the middle, thrice around the axis, and the notches have
+a sixteenth of that slope.
 """
 
 from __future__ import annotations
@@ -26,6 +35,9 @@ from .triangle_mesh import TriangleMesh
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+# Of bolt and nut by default: alike three times around, and else different.
+BOLT_SEGMENTS, NUT_SEGMENTS = 45, 48
 
 # A pitch is half a root, a flank, the crest, a flank and half a root.
 CREST = 0.2  # length of the crest, in pitches; that of the root is the same
@@ -58,14 +70,9 @@ class Thread:
         return math.atan2((0.5 - CREST) * self.pitch, self.depth)
 
     @property
-    def mean_radius(self) -> float:
-        """[m]"""
-        return self.radius - 0.5 * self.depth
-
-    @property
     def self_locking_friction(self) -> float:
-        """Friction above which a nut stays where it is."""
-        tangent = self.pitch / (2.0 * math.pi * self.mean_radius)
+        """Friction above which a nut stays where it is, bearing on the crest of the bolt."""
+        tangent = self.pitch / (2.0 * math.pi * self.radius)
         cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
         return tangent * math.cos(math.atan(math.tan(self.flank) * cosine))
 
@@ -104,13 +111,13 @@ def _lateral(numbers: Ints) -> Ints:
     return np.concatenate([quads_between(numbers[:, k], numbers[:, k + 1]) for k in range(4)])
 
 
-def bolt(thread: Thread, turns: int = 8, *, segments: int = 48) -> TriangleMesh:
+def bolt(thread: Thread, turns: int = 8, *, segments: int = BOLT_SEGMENTS) -> TriangleMesh:
     """A threaded rod about the z axis, from z = 0 upwards, a solid.
 
     Args:
         thread: its shape.
         turns: of the thread.
-        segments: a turn.
+        segments: a turn; others than those of the nut, or it sticks (see above).
     """
     _check(turns, segments)
     vertices, numbers = _strip(thread, turns, segments, 0.0)
@@ -128,7 +135,7 @@ def bolt(thread: Thread, turns: int = 8, *, segments: int = 48) -> TriangleMesh:
 
 
 def nut(
-    thread: Thread, turns: int = 3, *, clearance: float, width: float | None = None, segments: int = 48
+    thread: Thread, turns: int = 3, *, clearance: float, width: float | None = None, segments: int = NUT_SEGMENTS
 ) -> TriangleMesh:
     """A hexagonal nut about the z axis, its thread in step with that of ``bolt`` where both have the same place.
 
