@@ -71,7 +71,7 @@ def depth_in_field(heights, size, position):
 
 
 RESTS = 1e-6  # [m/s]
-# No law stops a body that spins about the vertical on one point, if there is rolling friction only: a capsule on a
+# No law stops a body that spins about the normal of its only contact, if there is rolling friction only: a capsule on a
 # ridge, seen once in a hundred. The others come to rest with rolling friction alone.
 SPINS_ON = ("capsule", "planet")
 
@@ -162,6 +162,30 @@ def test_a_few_rides_on_a_carpet(name):
 )
 def test_hundred_drops_come_to_rest_within_a_minute(name, ground):
     run(name, DROPS.get(name, 100), 60.0, ground, settles=True)
+
+
+@pytest.mark.verify
+def test_what_goes_on_turning_on_a_planet_spins_about_the_normal_of_its_only_contact():
+    """There is no moment against that without torsional friction: it is no trembling."""
+    rng = np.random.default_rng(1001)
+    scene = physics.Scene()
+    scene.add_field(physics.PointGravity((0.0, 0.0, 0.0), mu=GRAVITY * 9.0))
+    scene.add_body(bumpy_planet(3.0, np.random.default_rng(1), amplitude=0.05), motion="static")
+
+    def place(rng):
+        direction = rng.normal(size=3)
+        return 3.8 * direction / np.linalg.norm(direction)
+
+    world, handle = dropped(scene, SHAPES["capsule"], place, rng, 50)
+    world.step(240 * 60)
+    turning = np.flatnonzero(np.linalg.norm(world.linear_velocity[:, handle], axis=1) >= RESTS)
+    assert len(turning) <= 5
+    for index in turning:
+        contacts = world.contacts(index)
+        spin = world.angular_velocity[index, handle]
+        bears = np.linalg.norm(contacts["impulse"], axis=1) > 0.0
+        assert bears.sum() == 1
+        assert np.linalg.norm(np.cross(spin, contacts["normal"][bears][0])) < 1e-3 * np.linalg.norm(spin)
 
 
 @pytest.mark.verify

@@ -146,12 +146,10 @@ def test_a_floor_flat_to_nine_digits_is_flat(name, rate, noise, allowed):
 
 
 @pytest.mark.parametrize("rate", [60, 240])
-@pytest.mark.parametrize(
-    ("surface", "name"),
-    [("facets", "box"), ("facets", "hull"), ("facets", "standing cylinder"), ("smooth", "box"), ("smooth", "hull")],
-)
-def test_samples_flat_to_nine_digits_are_flat(surface, name, rate):
-    """Box and hull were off by 1e-3 to 0.1 m after 5 s."""
+@pytest.mark.parametrize("surface", ["facets", "smooth"])
+@pytest.mark.parametrize("name", BODIES)
+def test_samples_flat_to_nine_digits_are_flat(name, surface, rate):
+    """Box and hull were off by 1e-3 to 0.1 m after 5 s; a cylinder on smooth ground by centimetres without any."""
     tilt = Rotation.from_rotvec([0.09, 0.12, 0.0])
     noise = 1e-9 * np.random.default_rng(1).normal(size=(65, 65))
     rough = physics.HeightField(noise, (40.0, 40.0), surface=surface)

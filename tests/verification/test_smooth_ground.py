@@ -47,6 +47,42 @@ def test_bodies_with_corners_come_to_rest_in_a_hollow_and_a_cylinder_nearly(star
     np.testing.assert_allclose(world.position[0, 4], before[0, 4], atol=1e-3)
 
 
+@pytest.mark.parametrize(("curvature", "tilt"), [(1.0, 0.01), (0.5, 0.005), (2.0, 0.01)])
+def test_a_cylinder_that_stands_in_a_valley_rocks_as_in_closed_form(curvature, tilt):
+    """Over z = a x^2 a cap of radius r, tilted by phi about the x axis, touches with the two points of its rim at
+    sin(angle) = phi / (2 a r) from that axis, and its middle is a r^2 + phi^2 / (4 a) high. They roll around the rim by
+    far more than it tilts, and take no energy: with the half length l and J about the middle of the cap
+
+        J phi'' = -m (g / (2 a) - g l) phi,    J = m (r^2 / 4 + l^2 / 3 + l^2).
+    """
+    radius, half_length, rate = 0.1, 0.05, 480
+    line = np.linspace(-1.0, 1.0, 41)
+    heights = np.broadcast_to(curvature * line**2, (41, 41))
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    rough = physics.Material(friction=1.0)
+    scene.add_body(physics.HeightField(heights, (2.0, 2.0), surface="smooth"), motion="static", material=rough)
+    middle = curvature * radius**2 + tilt**2 / (4.0 * curvature)
+    scene.add_body(
+        physics.Cylinder(radius, half_length), mass=1.0, material=rough,
+        position=(0.0, -half_length * np.sin(tilt), middle + half_length * np.cos(tilt)),
+        orientation=(np.cos(0.5 * tilt), np.sin(0.5 * tilt), 0.0, 0.0),
+    )  # fmt: skip
+    world = physics.World(scene, options=physics.Options(time_step=1.0 / rate, sleeping=False))
+    angle = []
+    for _ in range(2 * rate):
+        world.step()
+        angle.append(2.0 * world.orientation[0, 1, 1])
+    angle = np.array(angle)
+    before = np.flatnonzero((angle[:-1] > 0.0) & (angle[1:] <= 0.0))
+    crossings = before + angle[before] / (angle[before] - angle[before + 1])
+    found = 2.0 * np.pi * rate * (len(crossings) - 1) / (crossings[-1] - crossings[0])
+    inertia = 0.25 * radius**2 + half_length**2 / 3.0 + half_length**2
+    expected = np.sqrt((0.5 * 9.81 / curvature - 9.81 * half_length) / inertia)
+    assert found == pytest.approx(expected, rel=3e-3)  # of order 2 in the tilt
+    assert 0.97 * tilt < np.abs(angle[-rate // 2 :]).max() < 1.001 * tilt
+
+
 def test_sphere_in_the_bowl_keeps_its_energy_as_the_step_goes_to_zero():
     """A pendulum in a bowl over a quarter of the period: what is left is the order of the stepping, not the ground."""
     errors = []

@@ -289,7 +289,13 @@ def collide_curve(patch, c, kind, center, u, v, half, length, radius, feature, s
     wide = pace if radius == 0.0 else 0.0
     previous = 0.0
     previous_far = True
-    for station in range(intervals + 1):
+    # The last station where the distance falls, if it is level from there on: a station may lie at the lowest point.
+    falls_from = math.nan
+    falling_far = True
+    for station in range(intervals + 2):
+        # A circle goes on where it began, unless its first interval has said what there is.
+        if station > intervals and (kind == LINE or falls_from != falls_from or previous < -FLAT_SLOPE):
+            break
         t = half * (2.0 * station / intervals - 1.0)
         p, tangent = _on_curve(kind, center, u, v, t)
         j = jet(patch, c, min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7]))
@@ -298,11 +304,17 @@ def collide_curve(patch, c, kind, center, u, v, half, length, radius, feature, s
         slope = vec3.dot(normal, tangent)
         if radius > 0.0 and not far:
             _, _, _, slope = _distance_at(patch, c, kind, center, u, v, t)
-        if station > 0 and previous < -FLAT_SLOPE and slope > FLAT_SLOPE and not (far and previous_far):
+        if slope > FLAT_SLOPE and falls_from == falls_from and not (far and falling_far):
             count = _lowest_point(
-                patch, c, kind, center, u, v, t - pace, t, half, wide, radius, feature, scratch, count
+                patch, c, kind, center, u, v, falls_from, t, half, wide, radius, feature, scratch, count
             )
         elif station > 0 and kind == LINE and radius == 0.0 and previous * slope > 0.0 and not (far and previous_far):
             count = _between_stations(patch, c, center, u, v, t - pace, t, feature, scratch, count)
+        if slope < -FLAT_SLOPE:
+            falls_from, falling_far = t, far
+        elif slope > FLAT_SLOPE:
+            falls_from = math.nan
+        else:
+            falling_far = falling_far and far
         previous, previous_far = slope, far
     return count

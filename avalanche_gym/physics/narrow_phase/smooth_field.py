@@ -2,9 +2,10 @@
 
 Sphere: the nearest points of the surface. Capsule: those of its two ends and of the points between them where its axis
 is nearest. Box and hull: their vertices, the points of their edges that are nearest, hilltops in front of their faces.
-Cylinder: the nearest points of its rims, four points fixed to each rim (a cap that lies flat stands on these), the
-points of its side where the axis is nearest, hilltops in front of its caps. smooth_contacts.py and smooth_faces.py say
-what is exact and what may be missed.
+Cylinder: as on a plane (cylinder.py), eight points fixed to a cap that stands flat, and nothing else; else the nearest
+points of its rims, hilltops in front of its caps, the points of its side where the axis is nearest, and points around
+the rim of a cap that stands, which turn with where it leans to: it rolls about the lowest one, and comes down on the
+others. smooth_contacts.py and smooth_faces.py say what is exact and what may be missed.
 
 Features name the part of the moving shape, so a contact keeps its name while the shape slides or rolls.
 """
@@ -16,14 +17,16 @@ import math
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import CAPSULE
+from .cylinder import FLAT_POINTS, LEVEL, STANDING
 from .smooth_contacts import CIRCLE, LINE, bounds_around, collide_ball, collide_curve, number_alike, prepare_scratch
 from .smooth_faces import collide_face, put_corner
-from .smooth_surface import coefficients_of, patch_of
+from .smooth_surface import coefficients_of, jet, normal_of, patch_of
 from .terrain_candidates import emit_candidates
-from .terrain_shape import margin_of
+from .terrain_shape import get, margin_of
 
-# Features of a cylinder beside its fixed rim points 0 to 7.
-RIM, SIDE, CAP = 8, 10, 11
+# Features of a cylinder: for each rim points fixed to it and those that turn with the tilt, then the lowest of a rim,
+# side and caps.
+RIM, SIDE, CAP = 4 * FLAT_POINTS, 4 * FLAT_POINTS + 2, 4 * FLAT_POINTS + 3
 # Features of a box: vertices 0 to 7, then edges, then faces.
 BOX_EDGE, BOX_FACE = 8, 20
 
@@ -141,6 +144,24 @@ def collide_box(position_a, rotation_a, size_a, position_b, rotation_b, field, p
 
 
 @kernel
+def _over_field(patch, p):
+    """x and y of p, or of the point of the rim of the field nearest to it."""
+    return min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7])
+
+
+@kernel
+def _stands_flat(scratch, first, count, m):
+    """Whether a cap with outward normal m lies flat on the surface with all its fixed points, candidates[first:count].
+
+    Which point of its rim is the lowest is then up to round-off, as on a plane (cylinder.py).
+    """
+    flat = count - first == FLAT_POINTS
+    for i in range(first, count):
+        flat = flat and vec3.norm_squared(vec3.add(get(scratch, i, 3), m)) <= LEVEL * LEVEL
+    return flat
+
+
+@kernel
 def collide_cylinder(
     position_a, rotation_a, size_a, position_b, rotation_b, field, pool, margin, contacts, count, scratch
 ):
@@ -164,10 +185,24 @@ def collide_cylinder(
         o = vec3.add_scaled(center, half, m)
         if o[2] - across - margin > highest:
             continue
-        for quarter in range(4):
-            p = vec3.add_scaled(o, (1.0, 0.0, -1.0, 0.0)[quarter], u)
-            p = vec3.add_scaled(p, (0.0, 1.0, 0.0, -1.0)[quarter], v)
-            found = collide_ball(patch, c, p, 0.0, 4 * end + quarter, scratch, found)
+        # How the cap leans against the surface below its middle.
+        down = vec3.neg(normal_of(jet(patch, c, *_over_field(patch, o))))
+        local = mat3.apply_transposed(axes, down)
+        leans = local[0] * local[0] + local[1] * local[1] > LEVEL * LEVEL
+        stands = vec3.dot(down, m) >= STANDING
+        first = found
+        for k in range(FLAT_POINTS if stands else 0):
+            # Fixed to the cap, or turning with where it leans to, and then all but the lowest.
+            angle = 2.0 * math.pi / FLAT_POINTS * k
+            if leans:
+                angle += math.atan2(local[1], local[0])
+            if leans and k == 0:
+                continue
+            p = vec3.add_scaled(vec3.add_scaled(o, math.cos(angle), u), math.sin(angle), v)
+            part = FLAT_POINTS * (2 * end + (1 if leans else 0)) + k
+            found = collide_ball(patch, c, p, 0.0, part, scratch, found)
+        if _stands_flat(scratch, first, found, m):
+            continue
         around = 2.0 * math.pi * radius
         found = collide_curve(patch, c, CIRCLE, o, u, v, math.pi, around, 0.0, RIM + end, scratch, found)
         low, high = (o[0] - radius, o[1] - radius), (o[0] + radius, o[1] + radius)
