@@ -27,6 +27,7 @@ from ..model import (
 from .mesh_pieces import is_crossing, is_of_second
 from .moving_heights import along_field
 from .pair_query import contact_list, query_at, store_rotation
+from .terrain_candidates import is_terrain_vertex
 
 # A normal along a face of a box to this cosine is that of the face.
 FACE_COSINE = 1.0 - 1e-12
@@ -84,6 +85,9 @@ def _set_frame(first, state_a, second, state_b, contact):
         # Between surfaces of triangles either one has the face; crossing edges turn the normal together.
         contact.curved = 1 if is_crossing(contact.feature) else 0
         contact.frame = ON_A if is_of_second(contact.feature) != (a > b) else ON_B
+    elif (max(a, b) == MESH or max(a, b) == HEIGHT_FIELD) and (min(a, b) == BOX or min(a, b) == HULL):
+        # Its corners slide on facets, and vertices of those on its faces.
+        contact.frame = ON_A if is_terrain_vertex(contact.feature) == (a < b) else ON_B
     elif contact.curved == 1 and a != SMOOTH_FIELD and b != SMOOTH_FIELD:
         # A cylinder that stands on its flat end is as good as a box.
         normal = vec3.load(contact.normal)

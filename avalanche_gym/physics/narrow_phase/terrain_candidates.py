@@ -150,6 +150,12 @@ def feature_of(owner, part, kind, number):
 
 
 @kernel
+def is_terrain_vertex(feature):
+    """Whether a contact belongs to a vertex of the terrain, and the moving shape carries the normal."""
+    return feature < SLIDING and (feature >> PLACE_BITS) // PARTS == TERRAIN_VERTEX
+
+
+@kernel
 def add_candidate(scratch, count, position, out, gap, feature):
     """Append a candidate unless it is there already; return the new count.
 

@@ -8,8 +8,22 @@ from ..contacts.located import ALL, FLYING, NONE, ROUND, SWINGING, any_lasts, lo
 from ..contacts.prediction import measure_end, newly_loaded, sort_out
 from ..contacts.turning import quiet_span, turning_speed
 from ..jit import call_stage, kernel, stage
+from ..maths import vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, report_of, rest_of, starts_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT, DULL, LAST, LEAST_BODIES, LIVELY, MESH, PLANE, TO_IMPACT, WHOLE
+from ..model import (
+    BODY_STATE,
+    CONTACT,
+    DULL,
+    DYNAMIC,
+    LAST,
+    LEAST_BODIES,
+    LIVELY,
+    MESH,
+    MESH_ROW,
+    PLANE,
+    TO_IMPACT,
+    WHOLE,
+)
 from ..solver.exact import NEEDS_MEMORY
 from .creep import add_creep, note_sticking
 from .energy import energy_excess, is_jammed, stop, take_back
@@ -23,6 +37,9 @@ from .stillness import let_rest
 
 # Islands of so many bodies are stopped for all that they strike, and stepped in parts in which they turn little.
 PAIR = 2
+# A mesh that moves by more than this share of its facets within a step is struck somewhere all the time as it rolls on
+# ground, and is not stopped for each. Larger: more searches; smaller: a coarse solid lands only where its step ends.
+SOON = 0.1
 
 
 @stage
@@ -128,7 +145,9 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
     if workspace.part != LAST:
         landings = SWINGING
         if header.events == 1:
-            landings = _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body)
+            landings = _worth_locating(
+                header, bodies, starts, contacts, order, first, last, members, first_body, last_body
+            )
         bound = table(workspace.bound, header.num_bodies, np.int64)
         located = mark_located(
             bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
@@ -258,7 +277,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
 
 
 @kernel
-def _worth_locating(header, bodies, contacts, order, first, last, members, first_body, last_body):
+def _worth_locating(header, bodies, starts, contacts, order, first, last, members, first_body, last_body):
     """Which impacts without rebound of an island are worth the cost of stopping it: NONE, ROUND, FLYING or ALL of them.
 
     In a world of few bodies those of an island in flight, of what comes flying to one that rests, and all that a body
@@ -269,7 +288,7 @@ def _worth_locating(header, bodies, contacts, order, first, last, members, first
         return NONE
     if not any_lasts(contacts, order, first, last):
         return ALL if header.step_pile == 0 else ROUND
-    if header.step_pile != 0 or _lies_on_facets(header, contacts, order, first, last):
+    if header.step_pile != 0 or _rolls_on_facets(header, bodies, starts, contacts, order, first, last):
         return NONE
     if num_bodies > 1:
         for index in range(first_body, last_body):
@@ -280,15 +299,26 @@ def _worth_locating(header, bodies, contacts, order, first, last, members, first
 
 
 @kernel
-def _lies_on_facets(header, contacts, order, first, last):
-    """Whether a contact that lasts is between a mesh and ground: such a body is struck somewhere in every step."""
+def _rolls_on_facets(header, bodies, starts, contacts, order, first, last):
+    """Whether a contact that lasts is between a mesh and ground, and the mesh comes to its next facets in few steps."""
     colliders = colliders_of(header)
     for index in range(first, last):
         contact = contacts[order[index]]
-        if contact.persistent == 1:
-            one = colliders[contact.pair // colliders.shape[0]].shape
-            other = colliders[contact.pair % colliders.shape[0]].shape
-            if max(one, other) >= MESH and min(one, other) >= PLANE:
+        if contact.persistent == 0:
+            continue
+        for body, number, other in (
+            (contact.body_a, contact.pair // colliders.shape[0], contact.pair % colliders.shape[0]),
+            (contact.body_b, contact.pair % colliders.shape[0], contact.pair // colliders.shape[0]),
+        ):
+            if bodies[body].motion != DYNAMIC or colliders[number].shape != MESH or colliders[other].shape <= PLANE:
+                continue
+            mesh = table(header.meshes, header.meshes_size, MESH_ROW)[colliders[number].data]
+            radius = bodies[body].radius
+            speed = vec3.norm(vec3.load(starts[body].velocity))
+            speed += radius * vec3.norm(vec3.load(starts[body].angular_velocity))
+            # The length of a facet is about 4 radius / sqrt(num_faces): a box of half diagonal r has area 8 r^2.
+            way = speed * header.time_step
+            if way * way * mesh.num_faces > (SOON * 4.0 * radius) ** 2:
                 return True
     return False
 
