@@ -35,6 +35,8 @@ ON_A, ON_B, BETWEEN = 0, 1, 2
 # part of the terrain under it: equal numbers above say that the point has moved from one facet to the next.
 SLIDING = 1 << 60
 PLACE_BITS = 26
+# Most contacts of a pair of shape and terrain, or of two meshes: four corners of a box at each of three walls.
+MOST_ON_TERRAIN = 12
 
 # Part of a step: all of it, in which islands with impacts to locate wait; up to an impact, without the contacts to be
 # located; what is left of it after the last one.

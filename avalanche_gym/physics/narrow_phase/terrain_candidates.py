@@ -36,15 +36,13 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from ..model import PLACE_BITS, SLIDING
+from ..model import MOST_ON_TERRAIN, PLACE_BITS, SLIDING
 from .manifold import emit
 from .path import displacement
 from .terrain_shape import SCORE_ROW, falloff_of, path_in, put, scale_of
 
 # Rows of the scratch table (terrain_shape.py) that hold candidates.
 CAPACITY = 64
-# Most contacts of a pair: four corners of a box at each of three walls.
-MOST_CONTACTS = 12
 # What a difference of unit normals counts against one of positions in units of the shape's size.
 NORMAL_WEIGHT = 0.3
 
@@ -190,7 +188,7 @@ def add_candidate(scratch, count, position, out, gap, feature):
 @kernel
 def emit_candidates(scratch, num_candidates, position_b, rotation_b, contacts, count):
     """Reduce the candidates and emit them in the world frame; return the new count of contacts."""
-    num_candidates = reduce_candidates(scratch, num_candidates, min(num_candidates, MOST_CONTACTS))
+    num_candidates = reduce_candidates(scratch, num_candidates, min(num_candidates, MOST_ON_TERRAIN))
     done = -1
     for _ in range(num_candidates):
         # In the order of their features, which stays from step to step and does not depend on the triangulation.

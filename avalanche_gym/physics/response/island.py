@@ -20,6 +20,7 @@ from ..model import (
     LIVELY,
     MESH,
     MESH_ROW,
+    MOST_ON_TERRAIN,
     PLANE,
     TO_IMPACT,
     WHOLE,
@@ -300,18 +301,25 @@ def _worth_locating(header, bodies, starts, contacts, order, first, last, member
 
 @kernel
 def _rolls_on_facets(header, bodies, starts, contacts, order, first, last):
-    """Whether a contact that lasts is between a mesh and ground, and the mesh comes to its next facets in few steps."""
+    """Whether a contact that lasts is between a mesh and ground, and it is struck there somewhere in every step.
+
+    It has more contacts than are known, or comes to its next facets in few steps.
+    """
     colliders = colliders_of(header)
+    known = 0
+    lasts = False
     for index in range(first, last):
         contact = contacts[order[index]]
-        if contact.persistent == 0:
-            continue
         for body, number, other in (
             (contact.body_a, contact.pair // colliders.shape[0], contact.pair % colliders.shape[0]),
             (contact.body_b, contact.pair % colliders.shape[0], contact.pair // colliders.shape[0]),
         ):
             if bodies[body].motion != DYNAMIC or colliders[number].shape != MESH or colliders[other].shape <= PLANE:
                 continue
+            known += 1
+            if contact.persistent == 0:
+                continue
+            lasts = True
             mesh = table(header.meshes, header.meshes_size, MESH_ROW)[colliders[number].data]
             radius = bodies[body].radius
             speed = vec3.norm(vec3.load(starts[body].velocity))
@@ -320,7 +328,7 @@ def _rolls_on_facets(header, bodies, starts, contacts, order, first, last):
             way = speed * header.time_step
             if way * way * mesh.num_faces > (SOON * 4.0 * radius) ** 2:
                 return True
-    return False
+    return lasts and known >= MOST_ON_TERRAIN
 
 
 @kernel
