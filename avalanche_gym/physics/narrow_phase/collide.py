@@ -27,6 +27,7 @@ from ..model import (
 from .mesh_pieces import is_crossing, is_of_second
 from .moving_heights import along_field
 from .pair_query import contact_list, query_at, store_rotation
+from .smooth_contacts import is_on_flat
 from .terrain_candidates import is_terrain_vertex
 
 # A normal along a face of a box to this cosine is that of the face.
@@ -88,7 +89,10 @@ def _set_frame(first, state_a, second, state_b, contact):
     elif (max(a, b) == MESH or max(a, b) == HEIGHT_FIELD) and (min(a, b) == BOX or min(a, b) == HULL):
         # Its corners slide on facets, and vertices of those on its faces.
         contact.frame = ON_A if is_terrain_vertex(contact.feature) == (a < b) else ON_B
-    elif contact.curved == 1 and a != SMOOTH_FIELD and b != SMOOTH_FIELD:
+    elif a == SMOOTH_FIELD or b == SMOOTH_FIELD:
+        if is_on_flat(contact.feature):
+            contact.curved = 0
+    elif contact.curved == 1:
         # A cylinder that stands on its flat end is as good as a box.
         normal = vec3.load(contact.normal)
         stands = a == CYLINDER and _stands(first, state_a, normal)

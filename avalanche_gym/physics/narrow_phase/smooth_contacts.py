@@ -26,7 +26,7 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .smooth_surface import height, jet, locate, normal_of, signed_distance
-from .terrain_candidates import FACE_PLACE, POINT, add_candidate, feature_of
+from .terrain_candidates import FACE_PLACE, POINT, VERTEX_PLACE, add_candidate, feature_of, is_on
 from .terrain_shape import CENTER_ROW, FIRST_FREE_ROW, margin_of, rank_by_motion, set_scale, stand_still
 
 # Most points of a lattice of seeds along x and y; 28^2 heights fill the free rows of the scratch table.
@@ -37,12 +37,16 @@ POINTS_IN_REACH = 4.0
 # Most intervals between the seeds along a curve; there are POINTS_IN_CELL of them a cell if that is less.
 STATIONS = 32
 # A slope along a curve below this is none: it lies on the surface, and its ends hold it.
+# Where the normal turns by less than that within reach, the ground is flat.
 FLAT_SLOPE = 1e-9
 # Slope along a curve at which it is taken to be at its lowest, and most steps towards that.
 SLOPE_TOLERANCE = 1e-14
 MOST_STEPS = 50
 
 LINE, CIRCLE = 0, 1
+
+# The kind of place of a contact with flat ground; all others are of FACE_PLACE.
+FLAT_PLACE = VERTEX_PLACE
 
 # Normals of contacts of one part are ordered along this direction, which is aligned with nothing in particular.
 GENERIC_DIRECTION = (0.2391, 0.5137, 0.8240)
@@ -59,21 +63,34 @@ def prepare_scratch(scratch, margin, scale):
 
 @kernel
 def number_alike(scratch, count):
-    """Turn the candidates' numbers of parts into features: where one part touches in several places, these are numbered
-    in the order of their normals.
+    """Turn the candidates' numbers of parts, from numbered, into features: where one part touches in several places,
+    these are numbered in the order of their normals.
     """
     for i in range(count):
         rank = 0
+        part, flat = int(scratch[i, 7]) >> 1, int(scratch[i, 7]) & 1
         for j in range(count):
-            if scratch[j, 7] == scratch[i, 7] and j != i:
+            if int(scratch[j, 7]) >> 1 == part and j != i:
                 ahead = 0.0
                 for k in range(3):
                     ahead += GENERIC_DIRECTION[k] * (scratch[j, 3 + k] - scratch[i, 3 + k])
                 if ahead > 0.0 or (ahead == 0.0 and j < i):
                     rank += 1
-        scratch[FIRST_FREE_ROW + i, 0] = feature_of(POINT, int(scratch[i, 7]), FACE_PLACE, rank)
+        scratch[FIRST_FREE_ROW + i, 0] = feature_of(POINT, part, FLAT_PLACE if flat == 1 else FACE_PLACE, rank)
     for i in range(count):
         scratch[i, 7] = scratch[FIRST_FREE_ROW + i, 0]
+
+
+@kernel
+def numbered(part, flat):
+    """What a candidate holds in place of its feature: the number of the part, and whether the ground is flat there."""
+    return 2 * part + (1 if flat else 0)
+
+
+@kernel
+def is_on_flat(feature):
+    """Whether a contact with a smooth field has a normal that does not depend on its place."""
+    return is_on(feature, FLAT_PLACE)
 
 
 @kernel
@@ -156,6 +173,8 @@ def collide_ball(patch, c, p, radius, feature, scratch, count):
     highest, bend = bounds_around(patch, c, p, reach)
     if p[2] - reach > highest:
         return count
+    inside = patch[0] + reach < p[0] < patch[6] - reach and patch[1] + reach < p[1] < patch[7] - reach
+    feature = numbered(feature, inside and reach * bend <= FLAT_SLOPE)
     # First from below the centre; then, where that is not known to be all, from the lattice.
     x, y = min(max(p[0], patch[0]), patch[6]), min(max(p[1], patch[1]), patch[7])
     frame = (x, y, 0.0, 0.0, 0, 0)
@@ -226,7 +245,7 @@ def _lowest_point(patch, c, kind, center, u, v, low, high, half, wide, radius, f
         t = (low * slope_high - high * slope_low) / (slope_high - slope_low)
         p, distance, normal, slope = _distance_at(patch, c, kind, center, u, v, t)
         if abs(slope) <= SLOPE_TOLERANCE or not low < t < high:
-            return _add(scratch, count, p, radius, distance, normal, feature)
+            return _add(scratch, count, p, radius, distance, normal, numbered(feature, False))
         # An end that is kept twice counts half.
         if slope < 0.0:
             low, slope_low = t, slope

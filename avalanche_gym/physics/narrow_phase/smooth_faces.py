@@ -24,6 +24,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
+from .smooth_contacts import numbered
 from .smooth_surface import SMALLEST_STEP, jet, locate
 from .terrain_candidates import add_candidate
 from .terrain_shape import END_FREE_ROW, get, margin_of, put
@@ -176,5 +177,5 @@ def collide_face(patch, c, m, o, low, high, num_corners, radius, depth, feature,
             gap = vec3.dot(m, vec3.sub(q, o))
             if found and -depth <= gap <= margin and _is_over_face(scratch, num_corners, radius, o, m, q):
                 position = vec3.add_scaled(q, -0.5 * gap, m)
-                count = add_candidate(scratch, count, position, vec3.neg(m), gap, np.float64(feature))
+                count = add_candidate(scratch, count, position, vec3.neg(m), gap, np.float64(numbered(feature, False)))
     return count

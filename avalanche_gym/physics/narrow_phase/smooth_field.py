@@ -18,7 +18,16 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import CAPSULE
 from .cylinder import FLAT_POINTS, LEVEL, STANDING
-from .smooth_contacts import CIRCLE, LINE, bounds_around, collide_ball, collide_curve, number_alike, prepare_scratch
+from .smooth_contacts import (
+    CIRCLE,
+    LINE,
+    bounds_around,
+    collide_ball,
+    collide_curve,
+    number_alike,
+    numbered,
+    prepare_scratch,
+)
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, jet, normal_of, patch_of
 from .terrain_candidates import emit_candidates
@@ -200,7 +209,11 @@ def collide_cylinder(
                 continue
             p = vec3.add_scaled(vec3.add_scaled(o, math.cos(angle), u), math.sin(angle), v)
             part = FLAT_POINTS * (2 * end + (1 if leans else 0)) + k
+            before = found
             found = collide_ball(patch, c, p, 0.0, part, scratch, found)
+            if leans and found > before:
+                # It moves around the rim.
+                scratch[before, 7] = numbered(part, False)
         if _stands_flat(scratch, first, found, m):
             continue
         around = 2.0 * math.pi * radius

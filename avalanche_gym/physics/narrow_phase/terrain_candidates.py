@@ -154,6 +154,12 @@ def is_terrain_vertex(feature):
 
 
 @kernel
+def is_on(feature, kind):
+    """Whether the part of the terrain that a feature names is of this kind."""
+    return (feature // PLACE_NUMBERS) & 3 == kind
+
+
+@kernel
 def add_candidate(scratch, count, position, out, gap, feature):
     """Append a candidate unless it is there already; return the new count.
 

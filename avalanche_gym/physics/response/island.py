@@ -204,7 +204,8 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             working, ends,
         )  # fmt: skip
         predictions += 1
-        foreseen = predictions == MOST_PREDICTIONS or came_true(predicted, ends, contacts, order, first, last)
+        foreseen = predictions == MOST_PREDICTIONS
+        foreseen = foreseen or came_true(predicted, ends, time_step, contacts, order, first, last)
     if not struck:
         rows, _, blocks, _ = solver_memory(workspace)
         note_sticking(time_step, contacts, order, first, last, rows)
