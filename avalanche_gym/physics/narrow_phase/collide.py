@@ -27,7 +27,7 @@ from ..model import (
 from .mesh_pieces import is_crossing, is_of_second
 from .moving_heights import along_field
 from .pair_query import contact_list, query_at, store_rotation
-from .smooth_contacts import is_on_flat
+from .smooth_candidates import is_on_flat
 from .terrain_candidates import is_terrain_vertex
 
 # A normal along a face of a box to this cosine is that of the face.

@@ -23,10 +23,10 @@ import numpy as np
 from ..jit import kernel
 from ..maths import vec3
 from ..model import SPHERE
+from .feature_contacts import collide_features
 from .height_field_grid import bend_of, cell_index, cell_range, grid_of, list_features, outside, sample
 from .height_field_walls import wall_in_front
 from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
-from .terrain_features import collide_features
 from .terrain_shape import (
     BOUNDS_ROW,
     CENTER_ROW,

@@ -16,10 +16,10 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
+from .feature_contacts import collide_features
 from .mesh_features import list_faces, list_features, listed_face
 from .mesh_surface import base_of, corners_of, is_inside, push_out, side_of
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
-from .terrain_features import collide_features
 from .terrain_shape import (
     CENTER_ROW,
     CORNER_ROW,

@@ -15,7 +15,9 @@ from .mesh_edges import edges_of_leaf, vertices_beside_edges
 from .mesh_pieces import box_of, depths, half_diagonal, lowest_corner, node_core, prospects, put_node, turn_round
 from .mesh_vertices import faces_of_leaf, list_vertices
 from .path import NEAR_MOTIONS
-from .smooth_contacts import LINE, bounds_around, collide_ball, collide_curve, number_alike, prepare_scratch
+from .smooth_balls import bounds_around, collide_ball
+from .smooth_candidates import number_alike, prepare_scratch
+from .smooth_curves import LINE, collide_curve
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, jet, patch_of
 from .terrain_candidates import PARTS, emit_candidates
@@ -294,7 +296,7 @@ def collide_mesh_smooth_field(
 ):
     """Append the contacts of a moving mesh (a) with a smooth height field (b); return the new count.
 
-    Arguments as above; smooth_contacts.py says what is exact and what may be missed.
+    Arguments as above; smooth_balls.py and smooth_curves.py say what is exact and what may be missed.
     """
     origin, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
     rows, vertices, faces, nodes = mesh

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
-from .smooth_contacts import numbered
+from .smooth_candidates import numbered
 from .smooth_surface import SMALLEST_STEP, jet, locate
 from .terrain_candidates import add_candidate
 from .terrain_shape import END_FREE_ROW, get, margin_of, put

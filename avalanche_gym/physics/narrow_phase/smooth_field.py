@@ -5,7 +5,7 @@ is nearest. Box and hull: their vertices, the points of their edges that are nea
 Cylinder: as on a plane (cylinder.py), eight points fixed to a cap that stands flat, and nothing else; else the nearest
 points of its rims, hilltops in front of its caps, the points of its side where the axis is nearest, and points around
 the rim of a cap that stands, which turn with where it leans to: it rolls about the lowest one, and comes down on the
-others. smooth_contacts.py and smooth_faces.py say what is exact and what may be missed.
+others. smooth_balls.py, smooth_curves.py and smooth_faces.py say what is exact and what may be missed.
 
 Features name the part of the moving shape, so a contact keeps its name while the shape slides or rolls.
 """
@@ -18,16 +18,9 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import CAPSULE
 from .cylinder import FLAT_POINTS, LEVEL, STANDING
-from .smooth_contacts import (
-    CIRCLE,
-    LINE,
-    bounds_around,
-    collide_ball,
-    collide_curve,
-    number_alike,
-    numbered,
-    prepare_scratch,
-)
+from .smooth_balls import bounds_around, collide_ball
+from .smooth_candidates import number_alike, numbered, prepare_scratch
+from .smooth_curves import CIRCLE, LINE, collide_curve
 from .smooth_faces import collide_face, put_corner
 from .smooth_surface import coefficients_of, jet, normal_of, patch_of
 from .terrain_candidates import emit_candidates

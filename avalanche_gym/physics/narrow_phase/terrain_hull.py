@@ -1,6 +1,6 @@
 """A convex hull against the edges and vertices of a terrain that stick out.
 
-The same rules as for a box (terrain_features.py), with the hull's own edges and faces. A feature of the terrain is
+The same rules as for a box (feature_contacts.py), with the hull's own edges and faces. A feature of the terrain is
 taken to the frame of the hull, where vertices, edges and faces lie in their tables. ``hull`` is (its HULL_ROW as
 an array of one, its points (n, 3), its HULL_FACE_ROW, the corners of these, its HULL_EDGE_ROW).
 """
