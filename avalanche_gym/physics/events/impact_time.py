@@ -20,9 +20,7 @@ Between a side with normal n that turns at omega and a point of a core of radius
 
 where two rounded or crossing features meet, bounds of these terms take their place.
 
-The way is the flight itself, or for a body bound by other contacts the parabola in time between both ends of its step,
-which is what the trapezoid makes of a smooth one; its velocity is that of this parabola, or Newton's method would not
-converge.
+The way is that of integrator/way.py.
 """
 
 from __future__ import annotations
@@ -31,7 +29,7 @@ import math
 
 import numpy as np
 
-from ..integrator.flight import fly
+from ..integrator.way import gain_on_way, place_at
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
@@ -74,40 +72,6 @@ MOST_INSTANTS = 256
 MOST_NEWTON = 8
 # Spacing of floats relative to their value: a gap between places is known no better.
 SPACING = 2.220446049250313e-16
-
-
-@kernel
-def gain_on_way(body, start, end, bound, span):
-    """What the way adds to the velocity of a body [m/s].
-
-    Of one that is bound not the change that its step ends with: a struck step moves it by the final velocity all the
-    time. The parabola that starts with v and leads there has 2 (x' - x - v h) / h.
-    """
-    v = vec3.load(start.velocity)
-    if body.motion != DYNAMIC or bound == 0 or span <= 0.0:
-        return vec3.sub(vec3.load(end.velocity), v)
-    way = vec3.sub(vec3.load(end.center), vec3.load(start.center))
-    return vec3.scale(2.0 / span, vec3.add_scaled(way, -span, v))
-
-
-@kernel
-def place_at(body, fields, start, end, bound, instant, span, out):
-    """State of a body at an instant [s] of its way."""
-    if body.motion != DYNAMIC or bound == 0 or span <= 0.0:
-        fly(start, body, fields, instant, out)
-        return
-    part = instant / span
-    v = vec3.load(start.velocity)
-    gain = gain_on_way(body, start, end, bound, span)
-    vec3.store(out.velocity, vec3.add_scaled(v, part, gain))
-    way = vec3.add_scaled(vec3.scale(instant, v), 0.5 * part * instant, gain)
-    vec3.store(out.center, vec3.add(vec3.load(start.center), way))
-    spin = vec3.load(start.angular_velocity)
-    change = vec3.sub(vec3.load(end.angular_velocity), spin)
-    vec3.store(out.angular_velocity, vec3.add_scaled(spin, part, change))
-    angle = vec3.add_scaled(vec3.scale(instant, spin), 0.5 * part * instant, change)
-    turn = quat.from_rotation_vector(angle)
-    quat.store(out.orientation, quat.normalize(quat.multiply(turn, quat.load(start.orientation))))
 
 
 @kernel
@@ -220,15 +184,15 @@ def find_impact_time(address, workspace_address, world, count):
 
 
 @kernel
-def _follow(bodies, fields, starts, ends, bound, a, b, instant, span, step, found, states, later):
+def _follow(bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, found, states, later):
     """The time [s] from ``instant`` until the contact ``found`` there closes, from a ``step`` that is nearly so long.
 
     ``states`` are the bodies at the instant, ``later`` is scratch.
     """
     refined = step
     for _ in range(MOST_ROUNDS):
-        place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant + refined, span, later[a])
-        place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant + refined, span, later[b])
+        place_at(bodies[a], fields, starts[a], flown[a], ends[a], bound[a], instant + refined, span, later[a])
+        place_at(bodies[b], fields, starts[b], flown[b], ends[b], bound[b], instant + refined, span, later[b])
         gap, closing = gap_there(found, states[a], later[a], states[b], later[b])
         if closing <= 0.0:
             return step
@@ -249,6 +213,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     bodies = bodies_of(header, world)
     fields = fields_of(header)
     starts = starts_of(header, workspace)
+    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     states = table(workspace.working, header.num_bodies, BODY_STATE)
     later = table(workspace.predicted, header.num_bodies, BODY_STATE)
@@ -277,8 +242,8 @@ def _search(address, workspace_address, world, contacts, first, count):
     decides = spin * header.time_step > FAR_TURN or (bound[a] == 0 and bound[b] == 0)
     passes = PASSES if decides else UNDECIDED
     for _ in range(MOST_INSTANTS):
-        place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
-        place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
+        place_at(bodies[a], fields, starts[a], flown[a], ends[a], bound[a], instant, span, states[a])
+        place_at(bodies[b], fields, starts[b], flown[b], ends[b], bound[b], instant, span, states[b])
         left = workspace.impact_time - instant
         spin_a = vec3.norm(vec3.load(states[a].angular_velocity))
         spin_b = vec3.norm(vec3.load(states[b].angular_velocity))
@@ -420,7 +385,7 @@ def _search(address, workspace_address, world, contacts, first, count):
         clear = instant
         if nearest >= 0 and blocked == math.inf and instant + step < workspace.impact_time:
             step = _follow(
-                bodies, fields, starts, ends, bound, a, b, instant, span, step, asked[nearest], states, later
+                bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, asked[nearest], states, later
             )
         if blocked < math.inf:
             if blocked - clear <= 4.0 * SPACING * span:
