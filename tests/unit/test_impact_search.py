@@ -42,7 +42,8 @@ def test_a_way_is_the_flight_and_what_contacts_add_to_it():
     body["inertia"] = inertia = np.array((1.0, 2.0, 2.5))
     body["inverse_inertia"], body["flow"] = 1.0 / inertia, flow_class(inertia)
     none = np.zeros(0, FIELD)
-    start, flown, end, there, free = np.zeros(5, BODY_STATE)
+    states = np.zeros(5, BODY_STATE)
+    start, flown, end, there, free = states
     start["orientation"][0] = 1.0
     start["velocity"], start["angular_velocity"] = (0.5, 0.0, -1.0), (3.0, 9.0, -4.0)
     fly(start, body, none, span, flown)
@@ -50,7 +51,7 @@ def test_a_way_is_the_flight_and_what_contacts_add_to_it():
     state_at(body, none, start, flown, flown, BOUND, instant, span, there)
     for name in ("center", "velocity", "orientation", "angular_velocity"):
         np.testing.assert_allclose(there[name], free[name], rtol=0.0, atol=4e-16)
-    end[()] = flown[()]
+    states[2] = flown
     change = np.array((0.1, -0.2, 0.3))
     end["velocity"] += change
     end["center"] += 0.5 * span * change

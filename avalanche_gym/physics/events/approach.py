@@ -12,9 +12,11 @@ then has to confirm that instant, instead of leading there.
 
 from __future__ import annotations
 
+from ..integrator.way import place_at
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import BETWEEN, ON_A
+from .closing import point_velocity
 
 # Newton's method starts near the root and comes to round-off in three of these.
 MOST_ROUNDS = 4
@@ -27,12 +29,6 @@ def _carried(here, there, point):
     """Where the material of a body is in ``there`` that is at ``point`` in ``here``."""
     arm = quat.rotate_inverse(quat.load(here.orientation), vec3.sub(point, vec3.load(here.center)))
     return vec3.add(vec3.load(there.center), quat.rotate(quat.load(there.orientation), arm))
-
-
-@kernel
-def _velocity(state, point):
-    arm = vec3.sub(point, vec3.load(state.center))
-    return vec3.add(vec3.load(state.velocity), vec3.cross(vec3.load(state.angular_velocity), arm))
 
 
 @kernel
@@ -52,5 +48,25 @@ def gap_there(found, here_a, there_a, here_b, there_b):
         normal = quat.rotate(quat.load(there_a.orientation), quat.rotate_inverse(quat.load(here_a.orientation), normal))
     else:
         normal = quat.rotate(quat.load(there_b.orientation), quat.rotate_inverse(quat.load(here_b.orientation), normal))
-    closing = vec3.dot(normal, vec3.sub(_velocity(there_a, core_a), _velocity(there_b, core_b)))
+    closing = vec3.dot(normal, vec3.sub(point_velocity(there_a, core_a), point_velocity(there_b, core_b)))
     return vec3.dot(normal, apart) - found.radius_a - found.radius_b, closing
+
+
+@kernel
+def follow(bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, found, states, later):
+    """The time [s] from ``instant`` until the contact ``found`` there closes, from a ``step`` that is nearly so long.
+
+    ``states`` are the bodies at the instant, ``later`` is scratch.
+    """
+    refined = step
+    for _ in range(MOST_ROUNDS):
+        place_at(bodies[a], fields, starts[a], flown[a], ends[a], bound[a], instant + refined, span, later[a])
+        place_at(bodies[b], fields, starts[b], flown[b], ends[b], bound[b], instant + refined, span, later[b])
+        gap, closing = gap_there(found, states[a], later[a], states[b], later[b])
+        if closing <= 0.0:
+            return step
+        refined += gap / closing
+        if abs(gap / closing) <= SPACINGS * span:
+            break
+    # Far from where it was expected it is another root.
+    return refined if 0.5 * step <= refined <= 1.5 * step else step

@@ -31,20 +31,17 @@ import numpy as np
 
 from ..integrator.way import gain_on_way, place_at
 from ..jit import call_stage, kernel, stage
-from ..maths import quat, vec3
+from ..maths import vec3
 from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
 from ..model import (
     BETWEEN,
     BODY_STATE,
     CONTACT,
-    DYNAMIC,
     FAR_TURN,
     MEETS,
     MESH,
     ON_A,
     PASSES,
-    PLACE_BITS,
-    SLIDING,
     UNDECIDED,
 )
 from ..narrow_phase.answers import UNKNOWN, recall_answers
@@ -52,7 +49,9 @@ from ..narrow_phase.collide import collide_pair
 from ..narrow_phase.height_field_grid import spacing_of
 from ..narrow_phase.moving_heights import place_ground
 from ..narrow_phase.pair_query import aim, move_by, query_at
-from .approach import MOST_ROUNDS, SPACINGS, gap_there
+from .approach import follow
+from .binding import binds_elsewhere, binds_on_way
+from .closing import no_sooner, point_velocity, swing_of, turning_acceleration
 
 # Bodies have met when their gap is below this fraction of the smaller one; what is below TOUCHING and neither comes
 # nor goes rests.
@@ -72,88 +71,6 @@ MOST_INSTANTS = 256
 MOST_NEWTON = 8
 # Spacing of floats relative to their value: a gap between places is known no better.
 SPACING = 2.220446049250313e-16
-
-
-@kernel
-def _point_velocity(state, point):
-    arm = vec3.sub(point, vec3.load(state.center))
-    return vec3.add(vec3.load(state.velocity), vec3.cross(vec3.load(state.angular_velocity), arm))
-
-
-@kernel
-def _swing(state, point):
-    """[m/s] bound of the velocity of a point through turning."""
-    spin = vec3.norm(vec3.load(state.angular_velocity))
-    return spin * vec3.norm(vec3.sub(point, vec3.load(state.center)))
-
-
-@kernel
-def _turning_acceleration(state, start, end, span, point):
-    """[m/s^2] of a point against the centre of its body: alpha x r + omega x (omega x r)."""
-    arm = vec3.sub(point, vec3.load(state.center))
-    spin = vec3.load(state.angular_velocity)
-    gain = vec3.sub(vec3.load(end.angular_velocity), vec3.load(start.angular_velocity))
-    return vec3.add_scaled(vec3.cross(spin, vec3.cross(spin, arm)), 1.0 / span, vec3.cross(gain, arm))
-
-
-@kernel
-def _no_sooner(gap, closing, pressing):
-    """The least time [s] in which gap - closing t - pressing t^2 / 2 comes to zero."""
-    root = closing * closing + 2.0 * pressing * gap
-    if root < 0.0 or (closing <= 0.0 and pressing <= 0.0):
-        return math.inf
-    root = math.sqrt(root)
-    if closing >= 0.0:
-        return 2.0 * gap / (closing + root) if closing + root > 0.0 else math.inf
-    return (root - closing) / pressing
-
-
-@kernel
-def _bears(contact):
-    """Whether a contact holds its bodies on this way: one that is only listed there, open, leaves it free."""
-    return contact.located == 0 and (contact.persistent == 1 or vec3.norm_squared(vec3.load(contact.impulse)) > 0.0)
-
-
-@kernel
-def _binds(contacts, first, count, found, slow):
-    """Whether a contact found on the way is one of those that bind the bodies all the way.
-
-    The same point of a body on another facet is, if it is ``slow``, as it slides on; else it strikes that facet.
-    """
-    for index in range(first, count):
-        contact = contacts[index]
-        if contact.pair != found.pair:
-            return False
-        if _bears(contact):
-            if contact.feature == found.feature:
-                return True
-            if slow and found.feature >= SLIDING and contact.feature >> PLACE_BITS == found.feature >> PLACE_BITS:
-                return True
-    return False
-
-
-@kernel
-def _collider_of(contact, body, num_colliders):
-    """The collider of one of the two bodies of a contact."""
-    first = contact.pair // num_colliders
-    return first if contact.body_a == body else contact.pair - first * num_colliders
-
-
-@kernel
-def _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders):
-    """The same where ground is made of several pieces and the contact, or its point, lies on another one of them."""
-    moving = found.body_a if bodies[found.body_a].motion == DYNAMIC else found.body_b
-    own = _collider_of(found, moving, num_colliders)
-    for index in range(count):
-        contact = contacts[index]
-        if not _bears(contact) or (contact.body_a != moving and contact.body_b != moving):
-            continue
-        if contact.pair == found.pair and contact.feature == found.feature:
-            return True
-        if slow and found.feature >= SLIDING and contact.feature >> PLACE_BITS == found.feature >> PLACE_BITS:
-            if _collider_of(contact, moving, num_colliders) == own:
-                return True
-    return False
 
 
 @stage
@@ -181,26 +98,6 @@ def find_impact_time(address, workspace_address, world, count):
             if outcome == MEETS or found == PASSES:
                 found = outcome
     return found
-
-
-@kernel
-def _follow(bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, found, states, later):
-    """The time [s] from ``instant`` until the contact ``found`` there closes, from a ``step`` that is nearly so long.
-
-    ``states`` are the bodies at the instant, ``later`` is scratch.
-    """
-    refined = step
-    for _ in range(MOST_ROUNDS):
-        place_at(bodies[a], fields, starts[a], flown[a], ends[a], bound[a], instant + refined, span, later[a])
-        place_at(bodies[b], fields, starts[b], flown[b], ends[b], bound[b], instant + refined, span, later[b])
-        gap, closing = gap_there(found, states[a], later[a], states[b], later[b])
-        if closing <= 0.0:
-            return step
-        refined += gap / closing
-        if abs(gap / closing) <= SPACINGS * span:
-            break
-    # Far from where it was expected it is another root.
-    return refined if 0.5 * step <= refined <= 1.5 * step else step
 
 
 @kernel
@@ -296,27 +193,27 @@ def _search(address, workspace_address, world, contacts, first, count):
             point = vec3.load(found.position)
             core_a = vec3.add_scaled(point, -found.radius_a - 0.5 * found.gap, normal)
             core_b = vec3.add_scaled(point, found.radius_b + 0.5 * found.gap, normal)
-            drift = vec3.sub(_point_velocity(states[b], core_b), _point_velocity(states[a], core_a))
+            drift = vec3.sub(point_velocity(states[b], core_b), point_velocity(states[a], core_a))
             closing = -vec3.dot(normal, drift) - surface
             slow = abs(closing) * header.time_step <= SLOW * size
             if gap <= RESTING * size:
-                binds = _binds(contacts, first, count, found, slow)
+                binds = binds_on_way(contacts, first, count, found, slow)
                 if not binds and header.cross_seams != 0:
-                    binds = _binds_elsewhere(bodies, contacts, count, found, slow, num_colliders)
+                    binds = binds_elsewhere(bodies, contacts, count, found, slow, num_colliders)
                 if binds:
                     if turning > 0.0:
                         sure = 0.0
                     continue
-            swinging = _swing(states[a], core_a) + _swing(states[b], core_b)
+            swinging = swing_of(states[a], core_a) + swing_of(states[b], core_b)
             turns = vec3.sub(
-                _turning_acceleration(states[a], starts[a], ends[a], span, core_a),
-                _turning_acceleration(states[b], starts[b], ends[b], span, core_b),
+                turning_acceleration(states[a], starts[a], ends[a], span, core_a),
+                turning_acceleration(states[b], starts[b], ends[b], span, core_b),
             )
             gained = vec3.add(acceleration, vec3.load(found.surface_acceleration))
             pressing = vec3.dot(normal, vec3.sub(turns, gained))
             if found.curved == 1:
                 along = vec3.norm(vec3.add_scaled(drift, -vec3.dot(normal, drift), normal))
-                whirl = spin_a * _swing(states[a], core_a) + spin_b * _swing(states[b], core_b)
+                whirl = spin_a * swing_of(states[a], core_a) + spin_b * swing_of(states[b], core_b)
                 pressing = whirl + 2.0 * (spin_a + spin_b) * along - vec3.dot(normal, gained)
             elif found.frame != BETWEEN:
                 carrier = states[a] if found.frame == ON_A else states[b]
@@ -341,13 +238,13 @@ def _search(address, workspace_address, world, contacts, first, count):
                         passes = UNDECIDED
                         continue
                 gap = max(gap, 0.0)
-            second = _no_sooner(gap, closing, pressing)
+            second = no_sooner(gap, closing, pressing)
             # A sphere turns about its core: nothing of it but the listed feature can close.
             first_order = math.inf
             if swinging > 0.0 or vec3.norm_squared(turns) > 0.0:
                 approach = -vec3.dot(normal, relative)
                 fastest = max(approach, 0.0) + max(turning, swinging) + abs(surface)
-                first_order = _no_sooner(gap, fastest, max(-vec3.dot(normal, gained), 0.0))
+                first_order = no_sooner(gap, fastest, max(-vec3.dot(normal, gained), 0.0))
             else:
                 first_order = second
             sure = min(sure, first_order)
@@ -384,7 +281,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             continue
         clear = instant
         if nearest >= 0 and blocked == math.inf and instant + step < workspace.impact_time:
-            step = _follow(
+            step = follow(
                 bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, asked[nearest], states, later
             )
         if blocked < math.inf:

@@ -18,7 +18,7 @@ FEWEST_SPENT = 512
 # rest rocks from corner to corner without end, and loses little if it is not followed.
 NO_LOSS, A_PART, NO_REBOUND = 1, 8, 256
 # [rad] A body that turns by more shows other parts than its contacts know of.
-FAR_TURN = 1.0
+OTHER_FACES = 1.0
 
 
 @kernel
@@ -69,6 +69,6 @@ def could_pass(header, workspace, world, num_contacts, left):
             if bodies[body].motion == DYNAMIC:
                 speed = vec3.norm(vec3.load(begins[body].velocity))
                 spin = vec3.norm(vec3.load(begins[body].angular_velocity))
-                if spin * left > FAR_TURN and (speed + bodies[body].radius * spin) * left > contacts[index].size:
+                if spin * left > OTHER_FACES and (speed + bodies[body].radius * spin) * left > contacts[index].size:
                     return True
     return False

@@ -20,7 +20,7 @@ of each direction. What opens counts the less the more it does, and of two neigh
 
 "In the end" is as the motion of the step leads, if nothing touches (path.py): a corner that strikes in this step must
 be among them; what leaves is taken as it is now.
-Of a shape that turns by more than ``FAR_TURN``, to which a path of first order says nothing, it is the deepest now.
+Of a shape that turns by more than ``BEYOND_PATH``, to which a path of first order says nothing, it is the deepest now.
 
 **Feature ids.** A contact belongs to a point of the moving shape (a corner, the end of a capsule, a sphere), to the
 crossing of two edges, or to a vertex of the terrain. Crossings and vertices have one number for all their life. A
@@ -54,7 +54,7 @@ HOLDING = 6
 TOUCHING = 1e-8
 
 # [rad] From here on a path to first order in the turn (path.py) does not tell what will strike.
-FAR_TURN = 0.5
+BEYOND_PATH = 0.5
 
 # Candidates closer than this in position, relative to the shape's size, and in unit normal are one contact.
 MERGE_DISTANCE = 1e-6
@@ -87,7 +87,7 @@ def reduce_candidates(scratch, count, most):
     scale = scale_of(scratch)
     normal_weight = (NORMAL_WEIGHT * scale) ** 2
     seen = path_in(scratch)
-    if vec3.norm_squared(seen[1]) > FAR_TURN * FAR_TURN:
+    if vec3.norm_squared(seen[1]) > BEYOND_PATH * BEYOND_PATH:
         seen = (vec3.ZERO, vec3.ZERO)
     tilt = 0.0
     last = 0.0
