@@ -1,5 +1,7 @@
 """Cylinders and convex hulls at rest and sliding, against what a box or a point mass does."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -94,3 +96,21 @@ def test_rolls_down_a_slope_by_up_to_a_radian_a_step(degrees, ground):
     world.step(round(seconds * rate))
     assert world.position[0, body, 0] == pytest.approx(9.81 * np.sin(tilt) * seconds**2 / 3.0, rel=1e-9)
     assert world.position[0, body, 2] == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.5, 1.0, 1.7])
+def test_a_small_mesh_stands_on_a_wide_cap(place):
+    """An edge of it that lies on the cap is not 1.5 m deep in the side of the cylinder."""
+    corners = np.array(list(itertools.product((-0.1, 0.1), (-0.1, 0.1), (-0.05, 0.05))))
+    hull = physics.ConvexHull(corners)
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    scene.add_body(physics.Cylinder(2.0, 0.1), motion="static", position=(0.0, 0.0, -0.1))
+    mesh = physics.TriangleMesh(hull.vertices, hull.faces)
+    body = scene.add_body(mesh, mass=1.0, position=(place, 0.0, 0.05))
+    world = physics.World(scene)
+    world.step(60)
+    contacts = world.contacts()
+    assert len(contacts) == 4
+    np.testing.assert_allclose(np.abs(contacts["normal"][:, 2]), 1.0, atol=1e-12)
+    np.testing.assert_allclose(world.position[0, body], (place, 0.0, 0.05), atol=1e-9)

@@ -76,6 +76,19 @@ def _rim_point(center, axis, radius, half_length, d):
 
 
 @kernel
+def _is_way_out(scratch, row, foot, gap):
+    """Whether a part is no deeper in an edge than the whole edge is in the cylinder, by the nearest surface: a small
+    solid on a wide cap is not in its side.
+    """
+    if gap >= 0.0:
+        return True
+    r = vec3.sub(foot, get(scratch, CENTER_ROW, 0))
+    local = (vec3.dot(r, axis_of(scratch, 0)), vec3.dot(r, axis_of(scratch, 1)), vec3.dot(r, axis_of(scratch, 2)))
+    distance, _ = point_cylinder(local, scratch[CENTER_ROW, 3], scratch[CENTER_ROW, 5])
+    return -gap <= max(-distance, 0.0) + scratch[row, 7]
+
+
+@kernel
 def _put_point(scratch, row, q, d, end, count):
     """The contact of point q of the cylinder with an edge along d, if it lies beside the edge and in its cone."""
     start = get(scratch, row, 1)
@@ -90,6 +103,7 @@ def _put_point(scratch, row, q, d, end, count):
         or beyond <= 0.0
         or not _within(t, scratch[row, 7])
         or not in_edge_cone(scratch, row, d)
+        or not _is_way_out(scratch, row, foot, gap)
     ):
         return count
     feature = feature_of(POINT, end, EDGE_PLACE, int(scratch[row + 2, 3]))
@@ -138,6 +152,7 @@ def _side(scratch, row, radius, half_length, count):
         abs(u) > (1.0 + REGION_SLACK) * half_length
         or not counts_there(scratch, row, t, gap)
         or vec3.dot(vec3.sub(center, foot), d) <= 0.0
+        or not _is_way_out(scratch, row, foot, gap)
     ):
         return count, False
     feature = feature_of(CROSSING, SIDE_CROSSING, EDGE_PLACE, int(scratch[row + 2, 3]))
