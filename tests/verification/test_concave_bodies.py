@@ -9,7 +9,9 @@ from avalanche_gym.physics.scenes.case import GRAVITY
 from avalanche_gym.physics.scenes.concave import LENGTH, PEG, RING, TUBE, rabbits, torus_pendulum
 from avalanche_gym.physics.scenes.recording import record
 from avalanche_gym.physics.shapes.icosphere import icosphere
+from avalanche_gym.physics.shapes.rabbit import rabbit
 from avalanche_gym.physics.shapes.ring_solids import gear, torus
+from tests.oracles import terrain_oracle
 from tests.oracles.polygon_oracle import hang
 
 BOX = (0.2, 0.15, 0.1)
@@ -175,6 +177,25 @@ def test_a_rabbit_that_a_package_carries_comes_to_rest():
     world = physics.World(scene)
     world.step(720)
     assert np.linalg.norm(world.linear_velocity[0, 1]) < 1e-6
+
+
+def test_a_rabbit_rests_on_a_rough_two_sided_sheet():
+    """Its parts that are turned away from the sheet are no overlap: it was thrown through."""
+    side = np.linspace(-1.0, 1.0, 11)
+    heights = 0.05 * np.random.default_rng(1).random((11, 11))
+    points, faces = terrain_oracle.grid_mesh(heights, (side[-1] - side[0], side[-1] - side[0]))
+    turn = np.random.default_rng(3).normal(size=4)
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    material = physics.Material(friction=0.5, rolling_friction=0.005)
+    scene.add_body(physics.TriangleMesh(points, faces, two_sided=True), motion="static", material=material)
+    turn /= np.linalg.norm(turn)
+    scene.add_body(rabbit(0.2, triangles=2000), mass=1.0, position=(0, 0, 0.4), orientation=turn, material=material)
+    world = physics.World(scene)
+    world.step(480)
+    assert world.position[0, 1, 2] > 0.0
+    assert np.linalg.norm(world.linear_velocity[0, 1]) < 1e-6
+    assert world.report().penetration[0] < 1e-4
 
 
 @pytest.mark.parametrize("seed", [0, 3])

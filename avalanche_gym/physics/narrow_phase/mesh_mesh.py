@@ -17,14 +17,15 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .mesh import corners_against_mesh
 from .mesh_depth import DEEPER, leaf_is_deep, leave_out_far, tells_of_depth, terrain_is_deep
-from .mesh_edges import edges_of_leaf, vertices_beside_edges
+from .mesh_edges import SEARCH_BEHIND, edges_of_leaf, vertices_beside_edges
 from .mesh_features import LISTED_FACES, leaves_near, list_features, list_near, listed_face, put_listed_face
 from .mesh_pieces import depths, half_diagonal, lowest_corner, node_core, prospects, put_node, turn_round
-from .mesh_surface import side_of
+from .mesh_surface import is_inside, nearest_face, side_of
 from .mesh_vertices import faces_of_leaf, list_vertices
 from .path import NEAR_MOTIONS
-from .terrain_candidates import emit_candidates
-from .terrain_shape import CENTER_ROW, LEVELS, first_leaf_of, get, in_frame, put, set_first_leaf
+from .terrain_candidates import emit_candidates, is_point_on_face
+from .terrain_shape import CENTER_ROW, LEVELS, first_leaf_of, get, in_frame, put, scale_of, set_first_leaf
+from .triangle import REGION_SLACK
 
 
 @kernel
@@ -55,6 +56,34 @@ def _keep_near(mesh_a, node, core, origin, axes, other_vertices, other_faces, li
         lowest += lowest_corner(vertices, faces, node, mat3.apply_transposed(axes, n))
         if lowest <= min(margin, NEAR_MOTIONS * max(0.0, -vec3.dot(n, path)) + rest):
             put_listed_face(scratch, kept, index)
+            kept += 1
+    return kept
+
+
+@kernel
+def _leave_out_behind(own, origin, axes, scratch, count):
+    """Of a sheet keep the contacts of vertices that have come through it; return the new count of candidates.
+
+    The sheet acts on a leaf from the side on which the solid behind that lies, and has no inside. A leaf that is turned
+    away from it, as the top of a plate that lies on it, is behind that side however far off it is. It has come through
+    if the sheet is in the solid there, and the nearest way out of that is not the other side of the plate.
+    """
+    vertices, faces, nodes = own
+    slack = REGION_SLACK * scale_of(scratch)
+    kept = 0
+    for index in range(count):
+        gap = scratch[index, 6]
+        counts = True
+        if gap < -slack and is_point_on_face(np.int64(scratch[index, 7])):
+            out = get(scratch, index, 3)
+            base = vec3.add_scaled(get(scratch, index, 0), -0.5 * gap, out)
+            q = mat3.apply_transposed(axes, vec3.sub(base, origin))
+            face, nearest, lies_on = nearest_face(vertices, faces, nodes, q, SEARCH_BEHIND * gap * gap)
+            counts = face >= 0 and is_inside(vertices, faces, faces[face], 1.0, q, nearest, lies_on)
+            counts = counts and vec3.dot(mat3.apply(axes, vec3.load(faces[face].normal)), out) < 0.0
+        if counts:
+            for k in range(8):
+                scratch[kept, k] = scratch[index, k]
             kept += 1
     return kept
 
@@ -92,6 +121,8 @@ def _leaf_on_mesh(
             count = corners_against_mesh(
                 other_vertices, other_faces, other_nodes, near, two_sided, listed, scratch, count
             )
+            if two_sided:
+                count = _leave_out_behind(mesh_a, origin, axes, scratch, count)
             feature = 0
             while True:
                 row, feature = list_features(other_vertices, other_faces, near, feature, two_sided, scratch)

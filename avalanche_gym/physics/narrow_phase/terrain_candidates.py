@@ -160,6 +160,12 @@ def is_on(feature, kind):
 
 
 @kernel
+def is_point_on_face(feature):
+    """Whether a candidate, not yet emitted, belongs to a point over a face."""
+    return feature >> PLACE_BITS < PARTS and is_on(feature, FACE_PLACE)
+
+
+@kernel
 def add_candidate(scratch, count, position, out, gap, feature):
     """Append a candidate unless it is there already; return the new count.
 
