@@ -57,6 +57,9 @@ OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
 # Islands of fewer bodies are always solved exactly (response/pile_stage.py).
 LEAST_BODIES = 12
+# Of so many at most also when a body is so fast that it may pass another in a step. More: an impact among a hundred
+# bodies costs a tenth of a second.
+MOST_FOLLOWED = 32
 # What the workspace notes of an island that the pile tier has stepped, in place of whether its impacts are located.
 CROWD = 4
 

@@ -80,7 +80,7 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
         strikes = contact.free_gap < (OVERLAP if comes else -deep) * contact.size
         if contact.start_gap <= OVERLAP * contact.size:
             strikes = strikes or comes
-        far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
+        far = swing(bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], time_step)
         bounces = contact.restitution > 0.0 and landings != SWINGING
         swings = False
         # What rests on something is led by that, and does not swing freely.
@@ -91,7 +91,7 @@ def mark_located(bodies, starts, flown, span, time_step, contacts, order, first,
             bent = wander(contact, bodies[a], starts[a], flown[a], bodies[b], starts[b], flown[b], span)
             swings = contact.free_gap < bent
             strikes = swings
-        lively = bounces or (landings != SWINGING and contact.start_gap - contact.free_gap > thick)
+        lively = bounces or (landings != SWINGING and _crosses(contact))
         if far > thick or (strikes and lively):
             contact.located = LIVELY
         elif swings or (strikes and landings > NONE and _is_worth(contact, time_step)):
@@ -112,6 +112,22 @@ def any_lasts(contacts, order, first, last):
     for index in range(first, last):
         lasts = lasts or contacts[order[index]].persistent == 1
     return lasts
+
+
+@kernel
+def _crosses(contact):
+    """Whether free flight would bring the bodies of a contact closer than both are thick."""
+    return contact.start_gap - contact.free_gap > THICKNESS * contact.size
+
+
+@kernel
+def any_crosses(contacts, order, first, last):
+    """Whether a contact of one island that does not last is a crossing."""
+    crosses = False
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        crosses = crosses or (contact.persistent == 0 and _crosses(contact))
+    return crosses
 
 
 @kernel

@@ -176,11 +176,12 @@ def wander(contact, body_a, start_a, flown_a, body_b, start_b, flown_b, span):
 
 
 @kernel
-def predict_contacts(bodies, starts, ends, time_step, lands, contacts, num_contacts):
+def predict_contacts(bodies, starts, ends, time_step, whole_step, lands, contacts, num_contacts):
     """Note where each contact is, how fast it approaches and how it ends without impulses; return how many remain.
 
     ``starts`` and ``ends`` are the states (bodies,) at both ends of the flight. Contacts that stay open by more than
     SLACK of the smaller body are dropped, unless a body turns so far that another part of it may be the one that hits.
+    How far is asked of the ``whole_step``: one made of short parts is not looked over less closely.
     ``lands``: impacts without rebound are located as well. Steady ones were recalled with all of this (coherence.py).
     """
     kept = 0
@@ -218,7 +219,7 @@ def predict_contacts(bodies, starts, ends, time_step, lands, contacts, num_conta
         # A corner that comes to touch strikes, even if the turn has taken it away again by the end.
         apart = contact.gap > OVERLAP * contact.size or (contact.gap > 0.0 and contact.approach >= 0.0)
         if contact.free_gap > SLACK * contact.size and apart and not struck:
-            far = swing(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], time_step)
+            far = swing(bodies[a], starts[a], ends[a], bodies[b], starts[b], ends[b], whole_step)
             if far <= THICKNESS * contact.size:
                 if contact.restitution == 0.0 and not lands:
                     continue

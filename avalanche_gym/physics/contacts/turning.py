@@ -18,13 +18,15 @@ import math
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import BETWEEN, ON_A
-from .prediction import gap_change, point_displacement, surface_gain, surface_shift
+from .prediction import THICKNESS, gap_change, point_displacement, surface_gain, surface_shift
 
 # [rad] Of a part of a step in which contacts hold bodies that turn: what contacts do not know of is off by half its
 # square in the size of the bodies, what a smooth part makes of their energy by about its cube.
 QUIET_TURN = 0.1
 # A step is made of no more such parts than these; what whirls faster is not followed so. Larger: it costs ever more.
 MOST_QUIET = 32
+# [rad] A body that turns by more within a step shows other parts than its contacts know of.
+WHIRL = 1.0
 
 
 @kernel
@@ -34,9 +36,43 @@ def turning_speed(body, state):
 
 
 @kernel
+def whirls(body, state, span):
+    """Whether a body turns so far within ``span`` [s] that contacts known at its start do not hold it."""
+    return turning_speed(body, state) * span > WHIRL
+
+
+@kernel
+def known_span(fastest):
+    """[s] in which no body whirls, the fastest one turning at ``fastest`` [rad/s].
+
+    Over a longer way a search takes as many looks as there are turns, and a point that has swung away and come back by
+    the end seems to have stayed.
+    """
+    return WHIRL / fastest if fastest > 0.0 else math.inf
+
+
+@kernel
+def any_outruns(bodies, states, members, first_body, last_body, span):
+    """Whether one of bodies members[first_body:last_body] gets within ``span`` [s] where no contact of its start is."""
+    found = False
+    for index in range(first_body, last_body):
+        body = bodies[members[index]]
+        state = states[members[index]]
+        far = span * vec3.norm(vec3.load(state.velocity)) > THICKNESS * body.size
+        found = found or far or whirls(body, state, span)
+    return found
+
+
+@kernel
+def quiet_part(fastest):
+    """[s] in which no body turns far, the fastest one at ``fastest`` [rad/s]."""
+    return QUIET_TURN / fastest if fastest > 0.0 else math.inf
+
+
+@kernel
 def quiet_span(fastest, time_step):
-    """[s] in which no body turns far, the fastest one at ``fastest`` [rad/s]; inf if that is not followed."""
-    return QUIET_TURN / fastest if 0.0 < fastest * time_step <= MOST_QUIET * QUIET_TURN else math.inf
+    """The same for a step that is made of such parts; inf if they were too many."""
+    return quiet_part(fastest) if fastest * time_step <= MOST_QUIET * QUIET_TURN else math.inf
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..contacts.turning import turning_speed, whirls
 from ..jit import kernel
 from ..maths import vec3
 from ..memory import bodies_of, colliders_of, table
@@ -15,10 +16,11 @@ MOST_BODIES_SPEND = 1 << 20
 FEWEST_SPENT = 512
 # What a part spends that ends with an impact without loss, any other, and one with an impact without rebound. Only what
 # loses energy goes on without end; of what loses none a single impact left out shows in the energy. And what comes to
-# rest rocks from corner to corner without end, and loses little if it is not followed.
+# rest rocks from corner to corner without end, and loses little if it is not followed; where there are other bodies a
+# quarter as many such impacts are due to each of them, until they are MANY,
+# and an impact costs more for it.
 NO_LOSS, A_PART, NO_REBOUND = 1, 8, 256
-# [rad] A body that turns by more shows other parts than its contacts know of.
-OTHER_FACES = 1.0
+MANY = 64
 
 
 @kernel
@@ -28,11 +30,13 @@ def most_spent(count):
 
 
 @kernel
-def spent_by(blow):
-    """What a part spends that ends with an impact that came to ``blow``."""
+def spent_by(blow, count):
+    """What a part of a group of ``count`` bodies spends that ends with an impact that came to ``blow``."""
     if blow == LOSSLESS:
         return NO_LOSS
-    return A_PART if blow == BOUNCED else NO_REBOUND
+    if blow == BOUNCED:
+        return A_PART
+    return min(NO_REBOUND, NO_REBOUND * max(4 * MANY // (3 + count), count) // MANY)
 
 
 @kernel
@@ -67,8 +71,9 @@ def could_pass(header, workspace, world, num_contacts, left):
         for side in range(2):
             body = contacts[index].body_a if side == 0 else contacts[index].body_b
             if bodies[body].motion == DYNAMIC:
-                speed = vec3.norm(vec3.load(begins[body].velocity))
-                spin = vec3.norm(vec3.load(begins[body].angular_velocity))
-                if spin * left > OTHER_FACES and (speed + bodies[body].radius * spin) * left > contacts[index].size:
-                    return True
+                if whirls(bodies[body], begins[body], left):
+                    speed = vec3.norm(vec3.load(begins[body].velocity))
+                    speed += bodies[body].radius * turning_speed(bodies[body], begins[body])
+                    if speed * left > contacts[index].size:
+                        return True
     return False

@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from ..contacts.turning import quiet_span, turning_speed
+from ..contacts.turning import any_outruns, known_span, quiet_part, quiet_span, turning_speed
 from ..integrator.flight import copy_state
 from ..jit import call_stage, kernel, stage
 from ..memory import (
@@ -37,6 +37,7 @@ from ..model import (
     LAST,
     LEAST_BODIES,
     MEETS,
+    MOST_FOLLOWED,
     NO_ROOM,
     OK,
     PAIRS_FULL,
@@ -125,12 +126,19 @@ def _step_group(address, workspace_address, world, label):
     events = 0
     spent = 0
     most = most_spent(count)
-    # A group for the pile tier is not stopped at every touch; what rebounds is not for that tier.
+    sight = math.inf
+    # A group for the pile tier is not stopped at every touch; what rebounds is not for that tier, nor what is fast.
     crowd = header.step_pile != 0 and count >= LEAST_BODIES and header.restitution == 0
+    if crowd and count <= MOST_FOLLOWED:
+        crowd = not any_outruns(bodies_of(header, world), begins, members, 0, count, header.time_step)
     while True:
         left = header.time_step - workspace.elapsed
         part = LAST if crowd or spent >= most else TO_IMPACT
-        span = left if crowd or part == TO_IMPACT else min(left, _quiet_span(header, workspace, world, count))
+        span = left
+        if part == TO_IMPACT:
+            span = min(left, sight, known_span(_fastest_turn(header, workspace, world, count)))
+        if part == LAST and not crowd:
+            span = min(left, quiet_span(_fastest_turn(header, workspace, world, count), header.time_step))
         status, num_contacts = _step_part(address, workspace_address, world, label, count, part, span)
         in_parts = not moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
         for _ in range(MOST_SHORTER):
@@ -151,7 +159,10 @@ def _step_group(address, workspace_address, world, label):
             pass_by(header, workspace, world, num_contacts)
             break
         if outcome == UNDECIDED:
-            span = left if crowd else min(left, _quiet_span(header, workspace, world, count))
+            # However fast a body whirls, only a part in which it turns little is stepped unseen; and what is looked
+            # over next is not much longer, for all that it may sweep by the end of the step is a lot to look at.
+            sight = quiet_part(_fastest_turn(header, workspace, world, count))
+            span = min(left, sight)
             status, num_contacts = _step_part(address, workspace_address, world, label, count, LAST, span)
             if status != OK:
                 return status
@@ -167,6 +178,7 @@ def _step_group(address, workspace_address, world, label):
                 return status
         if outcome == PASSES:
             spent += A_PART
+            sight *= 2.0
             if spent < most:
                 continue
         left = header.time_step - workspace.elapsed
@@ -182,7 +194,7 @@ def _step_group(address, workspace_address, world, label):
                 return _contacts_full(workspace)
             remember(workspace, contacts, num_contacts, 0.0)
             events += 1
-            spent += spent_by(blow)
+            spent += spent_by(blow, count)
             if blow == UNTOUCHED and workspace.impact_time <= INSTANT * header.time_step:
                 # The search sees a contact that the impact does not: it would see it again.
                 spent = most
@@ -293,8 +305,8 @@ def _move(header, workspace, world, count, span):
 
 
 @kernel
-def _quiet_span(header, workspace, world, count):
-    """[s] in which no body of the group turns far enough to show other faces than its contacts know of."""
+def _fastest_turn(header, workspace, world, count):
+    """[rad/s] at which the fastest body of the group shows other faces than its contacts know of."""
     bodies = bodies_of(header, world)
     begins = states_in(header, workspace.begins)
     members = numbers_in(header, workspace.members)
@@ -302,7 +314,7 @@ def _quiet_span(header, workspace, world, count):
     for number in range(count):
         body = members[number]
         fastest = max(fastest, turning_speed(bodies[body], begins[body]))
-    return quiet_span(fastest, header.time_step)
+    return fastest
 
 
 @kernel

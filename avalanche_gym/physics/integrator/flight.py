@@ -110,6 +110,14 @@ def advance_center(position, velocity, acceleration, fields, time_step):
 
 
 @kernel
+def turn_freely(q, momentum, inertia, flow, time_step):
+    """Orientation after ``time_step`` [s] of free rotation of a body whose moments of inertia differ."""
+    if flow == FLOW_SYMMETRIC:
+        return advance_symmetric(q, momentum, inertia, time_step)
+    return advance_triaxial(q, momentum, inertia, time_step)
+
+
+@kernel
 def copy_state(source, target):
     """Copy a BODY_STATE, field by field: the compiler moves records that it knows in part byte by byte."""
     vec3.store(target.center, vec3.load(source.center))
@@ -150,10 +158,7 @@ def fly(state_in, body, fields, time_step, state_out):
             momentum = load_momentum(state_in, q, angular_velocity, inertia)
             kick = vec3.scale(0.5 * time_step, torque)
             momentum = vec3.add(momentum, kick)
-            if flow == FLOW_SYMMETRIC:
-                q = advance_symmetric(q, momentum, inertia, time_step)
-            else:
-                q = advance_triaxial(q, momentum, inertia, time_step)
+            q = turn_freely(q, momentum, inertia, flow, time_step)
             momentum = vec3.add(momentum, kick)
             angular_velocity = angular_velocity_of(q, momentum, inertia)
             store_momentum(state_out, momentum)

@@ -6,10 +6,20 @@ by body, to an impulse p and an angular impulse l,
     p = sum r_i,    l = sum x_i cross r_i + m_i,    v = v_free + p / m,    L = L_free + l,    omega = R I^-1 R^T L,
 
 with v_free, L_free what the flight leaves at the end of the step and R the orientation there.
+
+In a step of order 1 the impulses act on the inertia as it is turned at the start. Where the body turns far within the
+step that is the inertia of no other time: the angular velocity of the end, or an orientation that is put together from
+the turn of the flight and that of the impulses, would make energy of the difference, as much as the moments of inertia
+differ (a thin rod has a thousand times more about one axis than about another). There the impulses act at the start,
+and what follows is free rotation, which keeps momentum and energy:
+
+    omega_free = omega + h R_0 I^-1 R_0^T torque,    L = L_free + l,    R = the free rotation of R_0 under L.
 """
 
 from __future__ import annotations
 
+from ..contacts.turning import QUIET_TURN
+from ..integrator.flight import turn_freely
 from ..integrator.momentum import angular_velocity_of, momentum_of, store_momentum
 from ..jit import kernel
 from ..maths import quat, vec3
@@ -70,6 +80,43 @@ def turned(orientation, angle):
 
 
 @kernel
+def _has_axes(body):
+    """Whether the moments of inertia of a body differ."""
+    return body.flow == FLOW_SYMMETRIC or body.flow == FLOW_TRIAXIAL
+
+
+@kernel
+def turns_far(body, flown, angle, time_step):
+    """Whether a body turns far in a step, by its flight and by ``angle`` [rad], which impulses add."""
+    return _has_axes(body) and (
+        time_step * vec3.norm(vec3.load(flown.angular_velocity)) + vec3.norm(angle) > QUIET_TURN
+    )
+
+
+@kernel
+def free_spin(body, start, flown, time_step):
+    """Angular velocity [rad/s] that goes with the inertia at the start of a step, without impulses of contacts."""
+    if not turns_far(body, flown, vec3.ZERO, time_step):
+        return vec3.load(flown.angular_velocity)
+    change = turn_by(body, quat.load(start.orientation), vec3.scale(time_step, vec3.load(start.torque)))
+    return vec3.add(vec3.load(start.angular_velocity), change)
+
+
+@kernel
+def end_orientation(body, start, flown, moment, angle, time_step):
+    """Where a body has turned to by the end of a step of order 1.
+
+    ``moment`` [N m s] is the angular impulse of its contacts, ``angle`` [rad] the small rotation that it adds to that
+    of the flight.
+    """
+    if not turns_far(body, flown, angle, time_step):
+        return turned(quat.load(flown.orientation), angle)
+    momentum = vec3.add(vec3.load(flown.angular_momentum), moment)
+    momentum = vec3.add_scaled(momentum, -0.5 * time_step, vec3.load(start.torque))
+    return turn_freely(quat.load(start.orientation), momentum, vec3.load(body.inertia), body.flow, time_step)
+
+
+@kernel
 def set_velocities(body, flown, row, out):
     """Velocities of ``out`` after the impulses of ``row``; its orientation is that of the end of the step."""
     impulse = impulse_on(row)
@@ -78,7 +125,7 @@ def set_velocities(body, flown, row, out):
     spin = vec3.load(flown.angular_velocity)
     if body.flow == FLOW_SPHERE:
         spin = vec3.add_scaled(spin, body.inverse_inertia[0], moment)
-    elif body.flow == FLOW_SYMMETRIC or body.flow == FLOW_TRIAXIAL:
+    elif _has_axes(body):
         momentum = vec3.add(vec3.load(flown.angular_momentum), moment)
         spin = angular_velocity_of(quat.load(out.orientation), momentum, vec3.load(body.inertia))
         store_momentum(out, momentum)
@@ -92,6 +139,6 @@ def shift(body, state, translation, rotation):
     before = quat.load(state.orientation)
     after = turned(before, rotation)
     quat.store(state.orientation, after)
-    if body.flow == FLOW_SYMMETRIC or body.flow == FLOW_TRIAXIAL:
+    if _has_axes(body):
         # The momentum follows from the velocity that is kept.
         store_momentum(state, momentum_of(after, vec3.load(state.angular_velocity), vec3.load(body.inertia)))

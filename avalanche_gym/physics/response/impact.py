@@ -22,20 +22,41 @@ from ..contacts.prediction import bears_load, gap_change, surface_gain, surface_
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC
-from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
+from .bodies import (
+    end_orientation,
+    free_spin,
+    impulse_on,
+    moment_on,
+    set_velocities,
+    sum_impulses,
+    turn_by,
+    turns_far,
+)
 
 
 @kernel
-def _start(start, flown, time_step, predicted, working):
+def _start(body, start, flown, time_step, predicted, working):
     """Places of the start and velocities of the end to work with, and where those velocities lead."""
     velocity = vec3.load(flown.velocity)
     center = vec3.load(start.center)
     vec3.store(working.center, center)
     quat.store(working.orientation, quat.load(start.orientation))
     vec3.store(working.velocity, velocity)
-    vec3.store(working.angular_velocity, vec3.load(flown.angular_velocity))
+    vec3.store(working.angular_velocity, free_spin(body, start, flown, time_step))
     vec3.store(predicted.center, vec3.add_scaled(center, time_step, velocity))
     quat.store(predicted.orientation, quat.load(flown.orientation))
+
+
+@kernel
+def _spin_change(contact, point, normal, starts, flown, working):
+    """[m/s] by which the normal velocity of a contact differs in ``working`` from that of the flight, for its spins."""
+    change = 0.0
+    for body, sign in ((contact.body_a, -1.0), (contact.body_b, 1.0)):
+        spin = vec3.sub(vec3.load(working[body].angular_velocity), vec3.load(flown[body].angular_velocity))
+        if vec3.norm_squared(spin) > 0.0:
+            arm = vec3.sub(point, vec3.load(starts[body].center))
+            change += sign * vec3.dot(normal, vec3.cross(spin, arm))
+    return change
 
 
 @kernel
@@ -57,19 +78,20 @@ def prepare_impact(
     """Write the contact problem of one island about the start of the step."""
     for index in range(first_body, last_body):
         handle = island_bodies[index]
-        _start(starts[handle], flown[handle], time_step, predicted[handle], working[handle])
+        _start(bodies[handle], starts[handle], flown[handle], time_step, predicted[handle], working[handle])
     for index in range(first, last):
         contact = contacts[order[index]]
         a = contact.body_a
         b = contact.body_b
         if bodies[a].motion != DYNAMIC:
-            _start(starts[a], flown[a], time_step, predicted[a], working[a])
+            _start(bodies[a], starts[a], flown[a], time_step, predicted[a], working[a])
         if bodies[b].motion != DYNAMIC:
-            _start(starts[b], flown[b], time_step, predicted[b], working[b])
+            _start(bodies[b], starts[b], flown[b], time_step, predicted[b], working[b])
         position = vec3.load(contact.start_position)
         normal = vec3.load(contact.start_normal)
         gap = contact.start_gap
         rise = vec3.dot(normal, surface_shift(contact, time_step))
+        contact.free += _spin_change(contact, position, normal, starts, flown, working)
         change = gap_change(contact, position, normal, gap, starts[a], predicted[a], starts[b], predicted[b])
         # Overlap that is already there asks for no velocity; the position stage removes it.
         contact.bias = max((max(gap, 0.0) + change + rise) / time_step - contact.free, 0.0)
@@ -109,10 +131,11 @@ def end_impact(
         body = bodies[handle]
         start = starts[handle]
         end = ends[handle]
-        change = turn_by(body, quat.load(start.orientation), moment_on(sums[handle]))
+        moment = moment_on(sums[handle])
+        angle = vec3.scale(time_step, turn_by(body, quat.load(start.orientation), moment))
         velocity = vec3.add_scaled(vec3.load(flown[handle].velocity), body.inverse_mass, impulse_on(sums[handle]))
         vec3.store(end.center, vec3.add_scaled(vec3.load(start.center), time_step, velocity))
-        quat.store(end.orientation, turned(quat.load(flown[handle].orientation), vec3.scale(time_step, change)))
+        quat.store(end.orientation, end_orientation(body, start, flown[handle], moment, angle, time_step))
         set_velocities(body, flown[handle], sums[handle], end)
 
 
@@ -145,9 +168,18 @@ def prepare_rebound(time_step, contacts, order, first, last):
 
 
 @kernel
-def end_rebound(bodies, starts, flown, contacts, order, first, last, sums, island_bodies, first_body, last_body, ends):
-    """Velocities of one island's bodies after the rebound."""
+def end_rebound(
+    bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body, ends
+):
+    """Velocities of one island's bodies after the rebound; what turns far turns with them."""
     sum_impulses(bodies, starts, contacts, order, first, last, island_bodies, first_body, last_body, sums)
     for index in range(first_body, last_body):
         handle = island_bodies[index]
-        set_velocities(bodies[handle], flown[handle], sums[handle], ends[handle])
+        body = bodies[handle]
+        start = starts[handle]
+        moment = moment_on(sums[handle])
+        angle = vec3.scale(time_step, turn_by(body, quat.load(start.orientation), moment))
+        if turns_far(body, flown[handle], angle, time_step):
+            turn = end_orientation(body, start, flown[handle], moment, angle, time_step)
+            quat.store(ends[handle].orientation, turn)
+        set_velocities(body, flown[handle], sums[handle], ends[handle])

@@ -250,7 +250,10 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
             if outcome != SOLVED:
                 return outcome
-            end_rebound(bodies, starts, flown, contacts, order, first, last, sums, members, first_body, last_body, ends)
+            end_rebound(
+                bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+                ends,
+            )  # fmt: skip
         if last_body - first_body == 1 and is_jammed(
             bodies, flown, contacts, order, first, last, members, first_body, last_body
         ):

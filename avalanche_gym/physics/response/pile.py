@@ -16,7 +16,7 @@ from ..solver.pile import go_on, law_error, pile_residual, remove_overlap, subst
 from ..solver.pile_moments import allowed, prepare_moment
 from ..solver.pile_response import prepare_response, to_local, to_world
 from ..solver.problem import RESERVED
-from .bodies import set_velocities, turned
+from .bodies import end_orientation, free_spin, set_velocities, turned
 from .creep import CLOSING, SETTLED
 
 
@@ -48,7 +48,7 @@ def stand_still(node):
 
 
 @kernel
-def prepare_bodies(bodies, starts, flown, members, first_body, last_body, substeps, nodes, index):
+def prepare_bodies(bodies, starts, flown, time_step, members, first_body, last_body, substeps, nodes, index):
     """Fill the nodes of the island's bodies at the start of the step, and the table from a body to its node."""
     share = 1.0 / substeps
     for number in range(first_body, last_body):
@@ -63,16 +63,17 @@ def prepare_bodies(bodies, starts, flown, members, first_body, last_body, subste
         vec3.store(node.velocity, velocity)
         vec3.store(node.spin, spin)
         vec3.store(node.gain, vec3.scale(share, vec3.sub(vec3.load(flight.velocity), velocity)))
-        vec3.store(node.spin_gain, vec3.scale(share, vec3.sub(vec3.load(flight.angular_velocity), spin)))
+        free = free_spin(body, start, flight, time_step)
+        vec3.store(node.spin_gain, vec3.scale(share, vec3.sub(free, spin)))
         vec3.store(node.push, vec3.ZERO)
         vec3.store(node.moment, vec3.ZERO)
     stand_still(nodes[last_body - first_body])
 
 
 @kernel
-def _turn_in_flight(start, flight, time_step, arm):
+def _turn_in_flight(body, start, flight, time_step, arm):
     """[m] that turning within the step moves a point at ``arm``, to first order."""
-    spin = vec3.add(vec3.load(start.angular_velocity), vec3.load(flight.angular_velocity))
+    spin = vec3.add(vec3.load(start.angular_velocity), free_spin(body, start, flight, time_step))
     return vec3.cross(vec3.scale(0.5 * time_step, spin), arm)
 
 
@@ -152,8 +153,8 @@ def prepare_contacts(
         prepare_response(row, nodes)
         moved = vec3.sub(vec3.load(flight_b.center), vec3.load(start_b.center))
         moved = vec3.sub(moved, vec3.sub(vec3.load(flight_a.center), vec3.load(start_a.center)))
-        moved = vec3.add(moved, _turn_in_flight(start_b, flight_b, time_step, arm_b))
-        moved = vec3.sub(moved, _turn_in_flight(start_a, flight_a, time_step, arm_a))
+        moved = vec3.add(moved, _turn_in_flight(bodies[handle_b], start_b, flight_b, time_step, arm_b))
+        moved = vec3.sub(moved, _turn_in_flight(bodies[handle_a], start_a, flight_a, time_step, arm_a))
         moved = vec3.add(moved, surface_shift(contact, time_step))
         gap = contact.start_gap
         swing = contact.free_gap - gap - vec3.dot(normal, moved)
@@ -238,12 +239,13 @@ def end_pile(
         end = ends[handle]
         flight = flown[handle]
         start = starts[handle]
+        body = bodies[handle]
         spin = vec3.add_scaled(vec3.load(start.angular_velocity), 0.5 * (substeps + 1), vec3.load(node.spin_gain))
         turn = vec3.sub(vec3.load(node.turned), vec3.scale(time_step, spin))
-        quat.store(end.orientation, turned(quat.load(flight.orientation), turn))
-        vec3.store(end.center, vec3.add(vec3.load(start.center), vec3.load(node.moved)))
         p, l = node.push, node.moment
-        set_velocities(bodies[handle], flight, (p[0], p[1], p[2], l[0], l[1], l[2]), end)
+        quat.store(end.orientation, end_orientation(body, start, flight, vec3.load(l), turn, time_step))
+        vec3.store(end.center, vec3.add(vec3.load(start.center), vec3.load(node.moved)))
+        set_velocities(body, flight, (p[0], p[1], p[2], l[0], l[1], l[2]), end)
 
 
 @kernel
@@ -273,7 +275,7 @@ def certify_pile_island(
         return -1.0
     num_contacts = last - first
     num_bodies = last_body - first_body
-    prepare_bodies(bodies, starts, flown, members, first_body, last_body, 1, nodes, index)
+    prepare_bodies(bodies, starts, flown, time_step, members, first_body, last_body, 1, nodes, index)
     violation = prepare_contacts(
         bodies, starts, flown, time_step, 1, contacts, order, first, last, num_bodies, rows, moments, nodes, index
     )
@@ -318,7 +320,7 @@ def step_pile_island(
     """Advance the bodies of one island to the end of the step; return the residual of their contacts."""
     num_contacts = last - first
     num_bodies = last_body - first_body
-    prepare_bodies(bodies, starts, flown, members, first_body, last_body, substeps, nodes, index)
+    prepare_bodies(bodies, starts, flown, time_step, members, first_body, last_body, substeps, nodes, index)
     violation = prepare_contacts(
         bodies, starts, flown, time_step, substeps, contacts, order, first, last, num_bodies, rows, moments, nodes,
         index,

@@ -13,11 +13,13 @@ import math
 
 import numpy as np
 
+from ..contacts.located import any_crosses
 from ..contacts.prediction import measure_end
+from ..contacts.turning import any_outruns
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, TO_IMPACT
+from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, MOST_FOLLOWED, TO_IMPACT
 from ..solver.exact import CERTIFIED, WARM_BUDGET
 from ..solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
 from .pile import certify_pile_island, step_pile_island
@@ -120,6 +122,11 @@ def step_pile(address, workspace_address, world, island):
     nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
     index = table(workspace.solver_index, workspace.solver_index_size, np.int64)
     num_bodies = last_body - first_body
+    if num_bodies <= MOST_FOLLOWED and (
+        any_crosses(contacts, order, first, last)
+        or any_outruns(bodies, starts, members, first_body, last_body, workspace.span)
+    ):
+        return 0
     rings = _count_rings(bodies, contacts, order, first, last, num_bodies)
     if rings < 0:
         return 0

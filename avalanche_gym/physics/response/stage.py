@@ -47,7 +47,9 @@ def sort_contacts(address, workspace_address, world, count):
     following = table(workspace.order, workspace.order_size, np.int64)
     # In a crowd they are not (response/island.py).
     lands = header.events == 1 and header.step_pile == 0
-    count = predict_contacts(bodies, starts_of(header, workspace), flown, span, lands, contacts, count)
+    count = predict_contacts(
+        bodies, starts_of(header, workspace), flown, span, header.time_step, lands, contacts, count
+    )
     if workspace.part == WHOLE:
         count = touch_sleepers(header, world, contacts, count)
         if count < 0:
