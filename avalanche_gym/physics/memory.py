@@ -176,7 +176,6 @@ WORKSPACE = np.dtype(
         ("span", np.float64),  # [s] its length
         ("elapsed", np.float64),  # [s] of the step before it
         ("calm", np.float64),  # [s] the span, or the shorter one in which contacts that rest turn little enough to last
-        ("smooth", np.int64),  # 1: all islands of this part went smoothly, so what lies between its ends is known
         ("part", np.int64),  # WHOLE, TO_IMPACT or LAST: what step_islands does about impacts that have to be located
         ("waiting", np.int64),  # islands that wait for their impacts to be located
         ("num_members", np.int64),

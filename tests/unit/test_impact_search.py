@@ -8,7 +8,7 @@ import pytest
 from avalanche_gym import physics
 from avalanche_gym.physics.events.approach import gap_there
 from avalanche_gym.physics.integrator.flight import flow_class, fly
-from avalanche_gym.physics.integrator.way import place_at, state_at
+from avalanche_gym.physics.integrator.way import place_at
 from avalanche_gym.physics.model import BETWEEN, BODY, BODY_STATE, CONTACT, DYNAMIC, FIELD, ON_B
 from avalanche_gym.physics.scenes.push import PUSH_STEP, PUSH_STEPS, PUSHED, push_impulses, push_scene
 from tests.unit.test_answers import states_of_two
@@ -48,14 +48,14 @@ def test_a_way_is_the_flight_and_what_contacts_add_to_it():
     start["velocity"], start["angular_velocity"] = (0.5, 0.0, -1.0), (3.0, 9.0, -4.0)
     fly(start, body, none, span, flown)
     fly(start, body, none, instant, free)
-    state_at(body, none, start, flown, flown, BOUND, instant, span, there)
+    place_at(body, none, start, flown, flown, BOUND, instant, span, there)
     for name in ("center", "velocity", "orientation", "angular_velocity"):
         np.testing.assert_allclose(there[name], free[name], rtol=0.0, atol=4e-16)
     states[2] = flown
     change = np.array((0.1, -0.2, 0.3))
     end["velocity"] += change
     end["center"] += 0.5 * span * change
-    state_at(body, none, start, flown, end, BOUND, span, span, there)
+    place_at(body, none, start, flown, end, BOUND, span, span, there)
     np.testing.assert_allclose(there["center"], end["center"], rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(there["velocity"], end["velocity"], rtol=0.0, atol=1e-15)
 
@@ -135,25 +135,6 @@ def test_a_search_asks_about_once():
         step(push)
     assert counts["searches"] > 300
     assert counts["asks"] < 1.7 * counts["searches"]  # 4 when each instant on the way was asked about
-
-
-def test_a_part_is_not_solved_again_up_to_the_impact_on_it():
-    """A smooth part leads to the instant of its impact as well as to its end: two parts an impact, where it took three.
-
-    The first of them ends with the impact, the other begins there.
-    """
-    world, step, pushes = pushed_world()
-    header = world._storage.header[0]
-    parts = []
-    header["step_islands"], alive = watch(header["step_islands"], 3, lambda: parts.append(1))
-    events = 0
-    for push in pushes:
-        step(push)
-        events += int(world.report().events.sum())
-    del alive
-    located = len(parts) - 4 * len(pushes) * PUSH_STEPS  # without those of the whole steps
-    assert events > 300
-    assert located < 2.2 * events  # 2.7
 
 
 def test_a_facet_that_springs_up_under_a_corner_is_struck_once():

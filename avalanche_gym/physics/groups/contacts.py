@@ -51,14 +51,14 @@ def note_bound(header, workspace, num_contacts, count):
 
 
 @kernel
-def remember(workspace, contacts, num_contacts, share):
-    """Keep the contacts of a part for the next one; a ``share`` of their impulses has acted, and counts as given."""
+def remember(workspace, contacts, num_contacts, acted):
+    """Keep the contacts of a part for the next one; if their impulses have ``acted`` they count as given."""
     recent = table(workspace.recent, workspace.recent_size, CONTACT)
     for index in range(num_contacts):
         recent[index] = contacts[index]
-        if share > 0.0:
+        if acted:
             if contacts[index].located == 0:
-                total = vec3.add_scaled(vec3.load(contacts[index].blow), share, vec3.load(contacts[index].impulse))
+                total = vec3.add(vec3.load(contacts[index].blow), vec3.load(contacts[index].impulse))
                 vec3.store(recent[index].blow, total)
             else:
                 vec3.store(recent[index].impulse, vec3.ZERO)
@@ -148,13 +148,13 @@ def pass_by(header, workspace, world, num_contacts):
             vec3.store(contact.impulse, vec3.ZERO)
             vec3.store(contact.moment, vec3.ZERO)
             contact.persistent = 0
-            follow(bodies, begins, flown, ends, contact, workspace.span)
+            _follow(bodies, begins, flown, ends, contact, workspace.span)
             contact.gap = max(contact.gap, 0.0)
         report.penetration = max(report.penetration, -contact.gap)
 
 
 @kernel
-def follow(bodies, begins, flown, ends, contact, span):
+def _follow(bodies, begins, flown, ends, contact, span):
     """Move a contact from where its bodies are in ``begins`` to the end of the part."""
     a = contact.body_a
     b = contact.body_b
@@ -175,7 +175,7 @@ def _go_with(header, workspace, world, contact):
     begins = states_in(header, workspace.begins)
     ends = states_in(header, workspace.ends)
     flown = states_in(header, workspace.flown)
-    follow(bodies_of(header, world), begins, flown, ends, contact, workspace.span)
+    _follow(bodies_of(header, world), begins, flown, ends, contact, workspace.span)
 
 
 @kernel

@@ -16,9 +16,8 @@ MOST_BODIES_SPEND = 1 << 20
 FEWEST_SPENT = 512
 # What a part spends that ends with an impact without loss, any other, and one with an impact without rebound. Only what
 # loses energy goes on without end; of what loses none a single impact left out shows in the energy. And what comes to
-# rest rocks from corner to corner without end, and loses little if it is not followed; where there are other bodies a
-# quarter as many such impacts are due to each of them, until they are MANY,
-# and an impact costs more for it.
+# rest rocks from corner to corner without end, and loses little if it is not followed. Where there are other bodies a
+# quarter as many such impacts are due to each of them, until they are MANY and every impact costs more for it.
 NO_LOSS, A_PART, NO_REBOUND = 1, 8, 256
 MANY = 64
 

@@ -47,7 +47,6 @@ from ..model import (
     UNDECIDED,
     UNTOUCHED,
 )
-from .breaking_off import break_off, may_break_off
 from .contacts import (
     carry_blows,
     follow_gone,
@@ -173,7 +172,7 @@ def _step_group(address, workspace_address, world, label):
             spent += A_PART
             continue
         if workspace.impact_time > 0.0:
-            status = _go_to_impact(address, workspace_address, world, label, count, bound, num_contacts)
+            status = _go_to_impact(address, workspace_address, world, label, count, bound)
             if status != OK:
                 return status
         if outcome == PASSES:
@@ -192,7 +191,7 @@ def _step_group(address, workspace_address, world, label):
                 return SOLVER_FULL
             if not part_with(workspace, num_contacts):
                 return _contacts_full(workspace)
-            remember(workspace, contacts, num_contacts, 0.0)
+            remember(workspace, contacts, num_contacts, False)
             events += 1
             spent += spent_by(blow, count)
             if blow == UNTOUCHED and workspace.impact_time <= INSTANT * header.time_step:
@@ -257,26 +256,20 @@ def _step_part(address, workspace_address, world, label, count, part, span):
 
 
 @kernel
-def _go_to_impact(address, workspace_address, world, label, count, bound, num_contacts):
+def _go_to_impact(address, workspace_address, world, label, count, bound):
     """Move the group, and its clock, to the instant that was found; return a status or MET."""
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     instant = workspace.impact_time
-    if bound and instant == workspace.span:
-        return OK if _go_on(header, workspace, world, count, num_contacts, instant) else _contacts_full(workspace)
-    if bound and not may_break_off(header, workspace, num_contacts):
+    if bound:
+        # Solved once more, from its own impulses, up to there: what has been solved from none is of lower order.
         status, num_contacts = _step_part(address, workspace_address, world, label, count, TO_IMPACT, instant)
         if status != OK:
             return status
         return OK if _go_on(header, workspace, world, count, num_contacts, instant) else _contacts_full(workspace)
-    if bound:
-        if not part_with(workspace, num_contacts):
-            return _contacts_full(workspace)
-        break_off(header, workspace, world, count, num_contacts, instant)
-    else:
-        workspace.span = instant
-        fly_group(header, workspace, world, count)
-        follow_struck(header, workspace, world)
+    workspace.span = instant
+    fly_group(header, workspace, world, count)
+    follow_struck(header, workspace, world)
     _move(header, workspace, world, count, instant)
     return OK
 
@@ -286,7 +279,7 @@ def _go_on(header, workspace, world, count, num_contacts, span):
     """Move the group, and its clock, to the end of a part that has been stepped; return whether there was room."""
     if not part_with(workspace, num_contacts):
         return False
-    remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, 1.0)
+    remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, True)
     _move(header, workspace, world, count, span)
     return True
 

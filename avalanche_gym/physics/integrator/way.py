@@ -46,17 +46,3 @@ def place_at(body, fields, start, flown, end, bound, instant, span, out):
     turn = quat.from_rotation_vector(vec3.scale(0.5 * part * instant, change))
     quat.store(out.orientation, quat.normalize(quat.multiply(turn, quat.load(out.orientation))))
     vec3.store(out.angular_velocity, vec3.add_scaled(vec3.load(out.angular_velocity), part, change))
-
-
-@kernel
-def state_at(body, fields, start, flown, end, bound, instant, span, out):
-    """All of the state of a body at an instant [s] of a smooth way, to go on from.
-
-    What its contacts change of its velocity is taken from the velocities: the places tell it to their round-off only.
-    """
-    place_at(body, fields, start, flown, end, bound, instant, span, out)
-    if body.motion == DYNAMIC and bound != 0 and span > 0.0:
-        added = vec3.sub(vec3.load(end.center), vec3.load(flown.center))
-        change = vec3.sub(vec3.load(end.velocity), vec3.load(flown.velocity))
-        velocity = vec3.add_scaled(vec3.load(out.velocity), -2.0 * instant / (span * span), added)
-        vec3.store(out.velocity, vec3.add_scaled(velocity, instant / span, change))

@@ -29,6 +29,8 @@ from .terrain_shape import get, margin_of
 # Features of a cylinder: for each rim points fixed to it and those that turn with the tilt, then the lowest of a rim,
 # side and caps.
 RIM, SIDE, CAP = 4 * FLAT_POINTS, 4 * FLAT_POINTS + 2, 4 * FLAT_POINTS + 3
+# ... and those that its rims turn to the four walls of the field.
+TO_WALL = CAP + 2
 # Features of a box: vertices 0 to 7, then edges, then faces.
 BOX_EDGE, BOX_FACE = 8, 20
 
@@ -164,6 +166,22 @@ def _stands_flat(scratch, first, count, m):
 
 
 @kernel
+def _rim_to_walls(patch, c, o, axes, radius, end, scratch, count):
+    """Contacts of a rim about o with the upright walls of a field, whose rectangle it reaches beyond."""
+    for way in range(4):
+        axis = way // 2
+        sign = 1.0 - 2.0 * (way % 2)
+        beyond = (patch[0] - o[0], o[0] - patch[6], patch[1] - o[1], o[1] - patch[7])[way]
+        local = (sign * axes[axis * 3], sign * axes[axis * 3 + 1])
+        length = math.sqrt(local[0] * local[0] + local[1] * local[1])
+        if beyond > -radius and length > 0.0:
+            out = mat3.apply(axes, (local[0] / length, local[1] / length, 0.0))
+            p = vec3.add_scaled(o, radius, out)
+            count = collide_ball(patch, c, p, 0.0, TO_WALL + 4 * end + way, scratch, count)
+    return count
+
+
+@kernel
 def collide_cylinder(
     position_a, rotation_a, size_a, position_b, rotation_b, field, pool, margin, contacts, count, scratch
 ):
@@ -187,6 +205,7 @@ def collide_cylinder(
         o = vec3.add_scaled(center, half, m)
         if o[2] - across - margin > highest:
             continue
+        found = _rim_to_walls(patch, c, o, axes, radius, end, scratch, found)
         # How the cap leans against the surface below its middle.
         down = vec3.neg(normal_of(jet(patch, c, *_over_field(patch, o))))
         local = mat3.apply_transposed(axes, down)

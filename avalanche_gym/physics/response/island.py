@@ -51,7 +51,6 @@ def step_islands(address, workspace_address, world):
     workspace = workspace_at(workspace_address)
     workspace.waiting = 0
     workspace.calm = workspace.span
-    workspace.smooth = 1
     for island in range(workspace.num_islands):
         if not _step_island(address, workspace_address, world, island):
             return 0
@@ -77,11 +76,9 @@ def _step_island(address, workspace_address, world, island):
     workspace.calm = min(workspace.calm, calm)
     workspace.budget = header.max_iterations
     if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
-        workspace.smooth = 0
         return True
     outcome = _step_exactly(address, workspace_address, world, island, struck, calm < workspace.span)
     if outcome == GAVE_UP:
-        workspace.smooth = 0
         call_stage(header.step_pile, address, workspace_address, world, island)
     return outcome != FULL
 
@@ -233,7 +230,6 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         table(workspace.waits, workspace.waits_size, np.int64)[island] = 0
     places = predicted
     if struck:
-        workspace.smooth = 0
         places = starts
         prepare_impact(
             bodies, starts, flown, time_step, contacts, order, first, last, members, first_body, last_body, predicted,
@@ -272,7 +268,6 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         if call_stage(header.solve_problem, address, workspace_address, own, num_bodies) == NEEDS_MEMORY:
             return FULL
         report.iterations += workspace.iterations
-        workspace.smooth = 0
         push_apart(bodies, nodes, members, first_body, last_body, ends)
         projected = True
         worst = measure_end(places, ends, contacts, order, first, last)
