@@ -53,15 +53,15 @@ def gap_there(found, here_a, there_a, here_b, there_b):
 
 
 @kernel
-def follow(bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, found, states, later):
+def follow(bodies, fields, starts, ends, bound, a, b, instant, span, step, found, states, later):
     """The time [s] from ``instant`` until the contact ``found`` there closes, from a ``step`` that is nearly so long.
 
     ``states`` are the bodies at the instant, ``later`` is scratch.
     """
     refined = step
     for _ in range(MOST_ROUNDS):
-        place_at(bodies[a], fields, starts[a], flown[a], ends[a], bound[a], instant + refined, span, later[a])
-        place_at(bodies[b], fields, starts[b], flown[b], ends[b], bound[b], instant + refined, span, later[b])
+        place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant + refined, span, later[a])
+        place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant + refined, span, later[b])
         gap, closing = gap_there(found, states[a], later[a], states[b], later[b])
         if closing <= 0.0:
             return step

@@ -110,7 +110,6 @@ def _search(address, workspace_address, world, contacts, first, count):
     bodies = bodies_of(header, world)
     fields = fields_of(header)
     starts = starts_of(header, workspace)
-    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     states = table(workspace.working, header.num_bodies, BODY_STATE)
     later = table(workspace.predicted, header.num_bodies, BODY_STATE)
@@ -139,8 +138,8 @@ def _search(address, workspace_address, world, contacts, first, count):
     decides = spin * header.time_step > FAR_TURN or (bound[a] == 0 and bound[b] == 0)
     passes = PASSES if decides else UNDECIDED
     for _ in range(MOST_INSTANTS):
-        place_at(bodies[a], fields, starts[a], flown[a], ends[a], bound[a], instant, span, states[a])
-        place_at(bodies[b], fields, starts[b], flown[b], ends[b], bound[b], instant, span, states[b])
+        place_at(bodies[a], fields, starts[a], ends[a], bound[a], instant, span, states[a])
+        place_at(bodies[b], fields, starts[b], ends[b], bound[b], instant, span, states[b])
         left = workspace.impact_time - instant
         spin_a = vec3.norm(vec3.load(states[a].angular_velocity))
         spin_b = vec3.norm(vec3.load(states[b].angular_velocity))
@@ -281,9 +280,7 @@ def _search(address, workspace_address, world, contacts, first, count):
             continue
         clear = instant
         if nearest >= 0 and blocked == math.inf and instant + step < workspace.impact_time:
-            step = follow(
-                bodies, fields, starts, flown, ends, bound, a, b, instant, span, step, asked[nearest], states, later
-            )
+            step = follow(bodies, fields, starts, ends, bound, a, b, instant, span, step, asked[nearest], states, later)
         if blocked < math.inf:
             if blocked - clear <= 4.0 * SPACING * span:
                 workspace.impact_time = blocked

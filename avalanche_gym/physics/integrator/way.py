@@ -1,13 +1,8 @@
 """The way of a body within a step: where it is, and how fast, at an instant between both ends.
 
-It is the flight itself, and for a body bound by contacts what these add to it, evenly in time as the smooth step has it
-(response/lasting.py). With dx, dv, dw what they have added at the end of the step, of length h,
-
-    x(t) = x_free(t) + (t / h)^2 dx,    v(t) = v_free(t) + (2 t / h^2) dx,
-    R(t) = exp(t^2 / (2 h) dw) R_free(t),    w(t) = w_free(t) + (t / h) dw.
-
-The velocity is that of this way, or Newton's method on gaps would not converge; at the end of a smooth step, where
-dx = h dv / 2, it is the velocity there. A struck step moves the body by its final velocity all the time.
+It is the flight itself, or for a body bound by contacts the parabola in time between both ends of its step, which is
+what the trapezoid makes of a smooth one (response/lasting.py); its velocity is that of this parabola, or Newton's
+method on gaps would not converge.
 """
 
 from __future__ import annotations
@@ -33,16 +28,20 @@ def gain_on_way(body, start, end, bound, span):
 
 
 @kernel
-def place_at(body, fields, start, flown, end, bound, instant, span, out):
-    """State of a body at an instant [s] of its way from ``start`` to ``end``; ``flown`` is the end of its flight."""
-    fly(start, body, fields, instant, out)
+def place_at(body, fields, start, end, bound, instant, span, out):
+    """State of a body at an instant [s] of its way."""
     if body.motion != DYNAMIC or bound == 0 or span <= 0.0:
+        fly(start, body, fields, instant, out)
         return
     part = instant / span
-    added = vec3.sub(vec3.load(end.center), vec3.load(flown.center))
-    vec3.store(out.center, vec3.add_scaled(vec3.load(out.center), part * part, added))
-    vec3.store(out.velocity, vec3.add_scaled(vec3.load(out.velocity), 2.0 * part / span, added))
-    change = vec3.sub(vec3.load(end.angular_velocity), vec3.load(flown.angular_velocity))
-    turn = quat.from_rotation_vector(vec3.scale(0.5 * part * instant, change))
-    quat.store(out.orientation, quat.normalize(quat.multiply(turn, quat.load(out.orientation))))
-    vec3.store(out.angular_velocity, vec3.add_scaled(vec3.load(out.angular_velocity), part, change))
+    v = vec3.load(start.velocity)
+    gain = gain_on_way(body, start, end, bound, span)
+    vec3.store(out.velocity, vec3.add_scaled(v, part, gain))
+    way = vec3.add_scaled(vec3.scale(instant, v), 0.5 * part * instant, gain)
+    vec3.store(out.center, vec3.add(vec3.load(start.center), way))
+    spin = vec3.load(start.angular_velocity)
+    change = vec3.sub(vec3.load(end.angular_velocity), spin)
+    vec3.store(out.angular_velocity, vec3.add_scaled(spin, part, change))
+    angle = vec3.add_scaled(vec3.scale(instant, spin), 0.5 * part * instant, change)
+    turn = quat.from_rotation_vector(angle)
+    quat.store(out.orientation, quat.normalize(quat.multiply(turn, quat.load(start.orientation))))
