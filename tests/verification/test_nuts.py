@@ -18,7 +18,7 @@ def thread_of(radius, lead=0.4):
 
 
 def let_go(thread, friction, seconds):
-    """Lead as it turned out, against that of the thread; turns; and the world in the end."""
+    """Lead as it turned out, against that of the thread; turns; the world in the end; and impacts a step."""
     scene = physics.Scene()
     scene.add_field(physics.UniformGravity((0.0, 0.0, -GRAVITY)))
     steel = physics.Material(friction=friction)
@@ -36,21 +36,20 @@ def let_go(thread, friction, seconds):
         heights[step] = world.position[0, 1, 2]
         assert world.report().penetration[0] < 1e-3 * thread.radius
         events += world.report().events[0]
-    # It touches at hundreds of places, and is not stopped at each.
-    assert events < steps // 2
     turns = np.unwrap(angles) / (2.0 * math.pi)
     settled = steps // 4  # it has fallen through the play
     turned = turns[settled] - turns[-1]
     sunk = (heights[settled] - heights[-1]) / thread.pitch
-    return sunk / turned if turned > 0.0 else math.nan, turned, world
+    return sunk / turned if turned > 0.0 else math.nan, turned, world, events / steps
 
 
 def test_a_nut_screws_down_below_its_self_locking_friction_and_holds_above():
     thread = thread_of(0.01)
-    lead, turned, _ = let_go(thread, 0.9 * thread.self_locking_friction, 0.4)
+    lead, turned, _, impacts = let_go(thread, 0.9 * thread.self_locking_friction, 0.4)
     assert turned > 0.03
+    assert impacts < 0.5  # it touches at hundreds of places, and is not stopped at each while it is slow
     assert lead == pytest.approx(1.0, abs=0.02)
-    _, turned, world = let_go(thread, 1.1 * thread.self_locking_friction, 0.4)
+    _, turned, world, _ = let_go(thread, 1.1 * thread.self_locking_friction, 0.4)
     assert turned == 0.0
     assert not world.linear_velocity[0, 1].any() and not world.angular_velocity[0, 1].any()
 
@@ -63,11 +62,12 @@ def test_nuts_of_all_sizes_hold_or_turn_by_their_friction(radius, lead):
     # What is left of the notches that facets lie in, as a part of the friction (shapes/thread.py), twice.
     notch = 2.0 * math.pi**2 * math.tan(thread.flank) / (48 * lead) / 16
     for share in (0.5, 1.0 - 2.0 * notch):
-        found, turned, _ = let_go(thread, share * thread.self_locking_friction, 0.25)
+        # Long enough that the play it has fallen through is a hundredth of what it sinks.
+        found, turned, _, _ = let_go(thread, share * thread.self_locking_friction, 0.5)
         assert turned > 0.0
         assert found == pytest.approx(1.0, abs=0.02)
     for share in (1.0 + 2.0 * notch, 1.5):
-        _, turned, world = let_go(thread, share * thread.self_locking_friction, 0.5)
+        _, turned, world, _ = let_go(thread, share * thread.self_locking_friction, 0.5)
         assert turned == 0.0
         assert not world.angular_velocity[0, 1].any()
 
@@ -90,7 +90,7 @@ def test_a_nut_begins_to_turn_as_fast_as_its_equations_say(share):
     drive /= lean * math.cos(turn) + friction * math.sin(turn)
     faster = thread.radius * GRAVITY * drive / (inertia + thread.radius**2 * rise * drive)
     seconds = 0.25
-    _, _, world = let_go(thread, friction, seconds)
+    _, _, world, _ = let_go(thread, friction, seconds)
     # It falls through the play first, and turns over facets: less by the time of the fall, and a little more.
     play = math.sqrt(2.0 * 0.06 * thread.pitch / GRAVITY)
     assert 0.95 * (seconds - play) < -world.angular_velocity[0, 1, 2] / faster < seconds
