@@ -55,3 +55,28 @@ def test_bodies_from_the_side_stop_at_the_wall(surface):
     np.testing.assert_allclose(world.position[0, 1:, 0], 2.2, atol=1e-8)
     np.testing.assert_allclose(world.position[0, 1:, 2], -0.6, atol=1e-8)
     np.testing.assert_allclose(world.linear_velocity[0, 1:], 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("surface", ["facets", "smooth"])
+@pytest.mark.parametrize("turn", [0.0, 0.3, 0.7, 1.9])
+def test_a_standing_cylinder_meets_a_wall_with_both_rims(surface, turn):
+    """However it is turned about its axis, and from whichever side: it stops, upright, where it touches."""
+    ice = physics.Material(friction=0.0)
+    scene = physics.Scene()
+    scene.add_body(physics.HeightField(np.zeros((9, 9)), (4.0, 4.0), surface=surface), motion="static", material=ice)
+    sides = np.array([(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)])
+    upright = (np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn))
+    for side in sides:
+        place = 3.0 * side + (0.0, 0.0, -0.6)
+        scene.add_body(
+            physics.Cylinder(0.2, 0.3),
+            mass=1.0,
+            position=place,
+            orientation=upright,
+            linear_velocity=-3.0 * side,
+            material=ice,
+        )
+    world = physics.World(scene)
+    world.step(120)
+    np.testing.assert_allclose(world.position[0, 1:], 2.2 * sides + (0.0, 0.0, -0.6), atol=1e-8)
+    np.testing.assert_allclose(world.orientation[0, 1:], np.tile(upright, (4, 1)), atol=1e-8)
