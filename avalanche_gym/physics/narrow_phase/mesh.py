@@ -18,7 +18,8 @@ from ..jit import kernel
 from ..maths import vec3
 from .feature_contacts import collide_features
 from .mesh_features import list_faces, list_features, listed_face
-from .mesh_surface import base_of, corners_of, is_inside, push_out, side_of
+from .mesh_side import corners_of, side_of
+from .mesh_surface import base_of, is_inside, push_out
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_shape import (
     CENTER_ROW,
@@ -167,7 +168,7 @@ def corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners,
                 listed, node = list_faces(vertices, faces, nodes, node, two_sided, scratch)
             for item in range(listed):
                 index = listed_face(scratch, item)
-                side = side_of(vertices, faces[index], two_sided, center)
+                side = side_of(vertices, faces, index, two_sided, center)
                 count = _corners_against_face(vertices, faces, index, side, stage, num_corners, scratch, count)
             if whole or node == nodes.shape[0]:
                 break

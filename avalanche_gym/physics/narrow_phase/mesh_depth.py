@@ -11,7 +11,7 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .mesh_features import listed_face
-from .mesh_surface import corners_of, side_of
+from .mesh_side import corners_of, side_of
 from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, get
 from .triangle import in_prism
 
@@ -73,9 +73,10 @@ def leaf_is_deep(mesh, node, origin, axes, other_vertices, other_faces, listed, 
         p = vec3.add(origin, mat3.apply(axes, vec3.load(vertices[face.vertices[k]].position)))
         q = vec3.add(origin, mat3.apply(axes, vec3.load(vertices[face.vertices[(k + 1) % 3]].position)))
         for place in range(listed):
-            other = other_faces[listed_face(scratch, place)]
-            a, b, c = corners_of(other_vertices, other)
-            n = vec3.scale(side_of(other_vertices, other, two_sided, center), vec3.load(other.normal))
+            number = listed_face(scratch, place)
+            a, b, c = corners_of(other_vertices, other_faces[number])
+            side = side_of(other_vertices, other_faces, number, two_sided, center)
+            n = vec3.scale(side, vec3.load(other_faces[number].normal))
             if _leads_deep(p, q, a, b, c, n, seen):
                 return True
     return False

@@ -11,7 +11,7 @@ import math
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..shapes.static_tree import FACES_OF_LEAF, is_clear
-from .mesh_surface import corners_of
+from .mesh_side import corners_of, side_of
 from .path import NEAR_MOTIONS
 from .terrain_features import MOST_SPOKES, put_edge
 from .terrain_shape import (
@@ -71,15 +71,18 @@ def _list_edge(vertices, faces, index, k, two_sided, center, scratch, end):
     n = vec3.load(face.normal)
     m1 = vec3.cross(n, e)
     if face.neighbours[k] >= 0:
-        m2 = vec3.cross(e, vec3.load(faces[face.neighbours[k]].normal))
-        out = vec3.add(n, vec3.load(faces[face.neighbours[k]].normal))
-    else:
-        # A rim: from the face to its plane's outside, or all around on a sheet.
-        m2 = m1 if two_sided else vec3.neg(n)
-        out = vec3.sub(n, m1)
-    if two_sided:
+        across = vec3.load(faces[face.neighbours[k]].normal)
+        m2 = vec3.cross(e, across)
+        out = vec3.scale(side_of(vertices, faces, index, two_sided, center), vec3.add(n, across))
+    elif two_sided:
+        # A rim of a sheet acts all around.
+        m2 = m1
         out = vec3.sub(center, start)
         out = vec3.add_scaled(out, -vec3.dot(out, e), e)
+    else:
+        # A rim: from the face to its plane's outside.
+        m2 = vec3.neg(n)
+        out = vec3.sub(n, m1)
     following = put_edge(scratch, end, start, e, length, m1, m2, out, 3 * index + k)
     if not two_sided:
         if vec3.dot(e, vec3.load(vertices[face.vertices[k]].normal)) > BENT:
@@ -122,7 +125,11 @@ def _list_vertex(vertices, faces, index, k, two_sided, center, scratch, end):
         corner = 0
         while faces[here].vertices[corner] != number:
             corner += 1
-    out = vec3.sub(center, v) if two_sided else vec3.load(vertices[number].normal)
+    out = vec3.load(vertices[number].normal)
+    if vertices[number].rim == 1 and two_sided:
+        out = vec3.sub(center, v)
+    else:
+        out = vec3.scale(side_of(vertices, faces, index, two_sided, center), out)
     scratch[end, 0] = row - end - 1
     put(scratch, end, 1, v)
     put(scratch, end, 4, out)
@@ -244,9 +251,12 @@ def list_near(vertices, faces, nodes, node, end, two_sided, core, capacity, scra
             n = vec3.load(face.normal)
             a, b, c = corners_of(vertices, face)
             height = vec3.dot(n, vec3.sub(center, a))
-            side = -1.0 if two_sided and height < 0.0 else 1.0
-            closing = NEAR_MOTIONS * max(0.0, -side * vec3.dot(n, path)) + rest
-            if side * height > _extent(axes, half, girth, n) + radius + min(margin, closing):
+            toward = -vec3.dot(n, path)
+            if two_sided:
+                # On whichever side: mesh_side.py asks for more than the plane of the face.
+                height, toward = abs(height), abs(toward)
+            closing = NEAR_MOTIONS * max(0.0, toward) + rest
+            if height > _extent(axes, half, girth, n) + radius + min(margin, closing):
                 continue
             low = vec3.min_(vec3.min_(a, b), c)
             high = vec3.max_(vec3.max_(a, b), c)

@@ -17,24 +17,26 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .mesh import corners_against_mesh
 from .mesh_depth import DEEPER, leaf_is_deep, leave_out_far, tells_of_depth, terrain_is_deep
-from .mesh_edges import SEARCH_BEHIND, edges_of_leaf, vertices_beside_edges
+from .mesh_edges import edges_of_leaf, vertices_beside_edges
 from .mesh_features import LISTED_FACES, leaves_near, list_features, list_near, listed_face, put_listed_face
 from .mesh_pieces import depths, half_diagonal, lowest_corner, node_core, prospects, put_node, turn_round
-from .mesh_surface import is_inside, nearest_face, side_of
+from .mesh_side import side_of
+from .mesh_surface import middle_behind
 from .mesh_vertices import faces_of_leaf, list_vertices
 from .path import NEAR_MOTIONS
-from .terrain_candidates import emit_candidates, is_point_on_face
-from .terrain_shape import CENTER_ROW, LEVELS, first_leaf_of, get, in_frame, put, scale_of, set_first_leaf
-from .triangle import REGION_SLACK
+from .terrain_candidates import emit_candidates
+from .terrain_shape import CENTER_ROW, LEVELS, first_leaf_of, get, in_frame, put, set_first_leaf
 
 
 @kernel
-def _to_inside(faces, node, axes, scale, scratch):
-    """Move the middle of the leaf into the solid behind it: a sheet acts on the side on which that lies."""
-    out = vec3.ZERO
-    for index in range(node.first, node.first + node.count):
-        out = vec3.add(out, vec3.load(faces[index].normal))
-    put(scratch, CENTER_ROW, 0, vec3.add_scaled(get(scratch, CENTER_ROW, 0), -scale, mat3.apply(axes, out)))
+def _to_inside(mesh_a, node, origin, axes, deepest, scratch):
+    """Move the middle of the leaf into the solid behind it: a sheet acts on the side on which that lies.
+
+    Down to ``deepest`` [m], from where nothing is held any more (mesh_depth.py), or half of what is thinner.
+    """
+    vertices, faces, nodes = mesh_a
+    middle = middle_behind(vertices, faces, nodes, int(node.first), deepest)
+    put(scratch, CENTER_ROW, 0, vec3.add(origin, mat3.apply(axes, middle)))
 
 
 @kernel
@@ -50,7 +52,7 @@ def _keep_near(mesh_a, node, core, origin, axes, other_vertices, other_faces, li
     for place in range(listed):
         index = listed_face(scratch, place)
         face = other_faces[index]
-        n = vec3.scale(side_of(other_vertices, face, two_sided, center), vec3.load(face.normal))
+        n = vec3.scale(side_of(other_vertices, other_faces, index, two_sided, center), vec3.load(face.normal))
         a = vec3.load(other_vertices[face.vertices[0]].position)
         lowest = vec3.dot(n, vec3.sub(origin, a))
         lowest += lowest_corner(vertices, faces, node, mat3.apply_transposed(axes, n))
@@ -61,41 +63,13 @@ def _keep_near(mesh_a, node, core, origin, axes, other_vertices, other_faces, li
 
 
 @kernel
-def _leave_out_behind(own, origin, axes, scratch, count):
-    """Of a sheet keep the contacts of vertices that have come through it; return the new count of candidates.
-
-    The sheet acts on a leaf from the side on which the solid behind that lies, and has no inside. A leaf that is turned
-    away from it, as the top of a plate that lies on it, is behind that side however far off it is. It has come through
-    if the sheet is in the solid there, and the nearest way out of that is not the other side of the plate.
-    """
-    vertices, faces, nodes = own
-    slack = REGION_SLACK * scale_of(scratch)
-    kept = 0
-    for index in range(count):
-        gap = scratch[index, 6]
-        counts = True
-        if gap < -slack and is_point_on_face(np.int64(scratch[index, 7])):
-            out = get(scratch, index, 3)
-            base = vec3.add_scaled(get(scratch, index, 0), -0.5 * gap, out)
-            q = mat3.apply_transposed(axes, vec3.sub(base, origin))
-            face, nearest, lies_on = nearest_face(vertices, faces, nodes, q, SEARCH_BEHIND * gap * gap)
-            counts = face >= 0 and is_inside(vertices, faces, faces[face], 1.0, q, nearest, lies_on)
-            counts = counts and vec3.dot(mat3.apply(axes, vec3.load(faces[face].normal)), out) < 0.0
-        if counts:
-            for k in range(8):
-                scratch[kept, k] = scratch[index, k]
-            kept += 1
-    return kept
-
-
-@kernel
 def _leaf_on_mesh(
-    mesh_a, node, core, origin, axes, second, scale, mesh_b, place, end, two_sided, known, scratch, count
+    mesh_a, node, core, origin, axes, second, deepest, mesh_b, place, end, two_sided, known, scratch, count
 ):
     """Contacts of one leaf of a mesh with another mesh; return the new count of candidates, and whether some lie deep.
 
     ``mesh_a``, ``mesh_b``: (vertices, faces, nodes) of the leaf's mesh and of the terrain, of which the nodes from
-    ``place`` to ``end`` can be near; ``known``: whether it is known that some lie deep.
+    ``place`` to ``end`` can be near; ``deepest``: of ``depths``; ``known``: whether it is known that some lie deep.
     """
     vertices, faces, nodes = mesh_a
     other_vertices, other_faces, other_nodes = mesh_b
@@ -109,7 +83,7 @@ def _leaf_on_mesh(
             continue
         middle = get(scratch, CENTER_ROW, 0)
         if two_sided:
-            _to_inside(faces, node, axes, scale, scratch)
+            _to_inside(mesh_a, node, origin, axes, deepest, scratch)
         near = _keep_near(mesh_a, node, core, origin, axes, other_vertices, other_faces, near, two_sided, scratch)
         deep = deep or leaf_is_deep(
             (vertices, faces), node, origin, axes, other_vertices, other_faces, near, two_sided, scratch, seen
@@ -121,8 +95,6 @@ def _leaf_on_mesh(
             count = corners_against_mesh(
                 other_vertices, other_faces, other_nodes, near, two_sided, listed, scratch, count
             )
-            if two_sided:
-                count = _leave_out_behind(mesh_a, origin, axes, scratch, count)
             feature = 0
             while True:
                 row, feature = list_features(other_vertices, other_faces, near, feature, two_sided, scratch)
@@ -201,7 +173,7 @@ def _collide(
             if here.count > 0:
                 put_node(core, seen, scale, falloff, scratch)
                 found, deep = _leaf_on_mesh(
-                    own, here, core, origin, axes, second, scale, other, place, end, two_sided, deep, scratch, found
+                    own, here, core, origin, axes, second, deepest, other, place, end, two_sided, deep, scratch, found
                 )
             node += 1
         if rest < deepest and (deep or tells_of_depth(scratch, found, rest)):

@@ -9,7 +9,8 @@ from ..maths import mat3, vec3
 from .cylinder import FLAT_POINTS, toward_plane
 from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, open_mesh, over_face
 from .mesh_features import list_faces, list_features, listed_face
-from .mesh_surface import is_way_out, push_out, side_of
+from .mesh_side import side_of
+from .mesh_surface import is_way_out, push_out
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder
 from .terrain_hull import hull_features, list_corners, put_hull
@@ -25,7 +26,7 @@ def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, hal
     margin = margin_of(scratch)
     motion = motion_of(scratch)
     scale = scale_of(scratch)
-    side = side_of(vertices, face, two_sided, center)
+    side = side_of(vertices, faces, index, two_sided, center)
     n = vec3.scale(side, vec3.load(face.normal))
     height = vec3.dot(n, vec3.sub(center, vec3.load(vertices[face.vertices[0]].position)))
     down = vec3.neg(mat3.apply_transposed(axes, n))

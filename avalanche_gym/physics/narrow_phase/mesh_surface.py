@@ -3,7 +3,7 @@
 The nearest point of the surface decides: a point is inside if the pseudo-normal there says so (Baerentzen and Aanaes
 2005, "Signed distance computation using the angle weighted pseudonormal"); a rim has no inside.
 
-A sheet (``two_sided``) acts on the side on which the middle of the shape is, face by face.
+A sheet (``two_sided``) acts on the side on which the middle of the shape is (mesh_side.py).
 """
 
 from __future__ import annotations
@@ -11,27 +11,13 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import vec3
 from ..shapes.static_tree import leaf_near, leaf_within
+from .mesh_side import corners_of, side_of
 from .terrain_candidates import add_candidate
 from .terrain_shape import CENTER_ROW, axis_of, get, radius_of
 from .triangle import EDGE, REGION_SLACK, VERTEX, closest_point
 
-
-@kernel
-def corners_of(vertices, face):
-    """The three corners of a face [m]."""
-    return (
-        vec3.load(vertices[face.vertices[0]].position),
-        vec3.load(vertices[face.vertices[1]].position),
-        vec3.load(vertices[face.vertices[2]].position),
-    )
-
-
-@kernel
-def side_of(vertices, face, two_sided, center):
-    """-1.0 if a sheet's face acts against its normal, else 1.0; ``center`` [m]: the middle of the shape."""
-    a = vec3.load(vertices[face.vertices[0]].position)
-    behind = two_sided and vec3.dot(vec3.load(face.normal), vec3.sub(center, a)) < 0.0
-    return -1.0 if behind else 1.0
+# A ball that is left with so much of its radius is as good as empty.
+SMALLER = 0.95
 
 
 @kernel
@@ -78,12 +64,33 @@ def nearest_face(vertices, faces, nodes, p, best):
 
 
 @kernel
+def middle_behind(vertices, faces, nodes, index, size):
+    """The middle [m] of the largest ball in a solid, up to a radius of ``size`` [m], that touches a face at its middle.
+
+    Balls that touch there shrink until nothing of the surface is in them (Ma, Bae and Choi 2012, "3D medial axis point
+    approximation using nearest neighbors and the normal field"): the one that touches at b with the normal n and goes
+    through q has the radius |b - q|^2 / (2 n . (b - q)).
+    """
+    a, b, c = corners_of(vertices, faces[index])
+    touches = vec3.scale(1.0 / 3.0, vec3.add(vec3.add(a, b), c))
+    n = vec3.load(faces[index].normal)
+    radius = size
+    while True:
+        middle = vec3.add_scaled(touches, -radius, n)
+        found, nearest, _ = nearest_face(vertices, faces, nodes, middle, (SMALLER * radius) ** 2)
+        if found < 0:
+            return middle
+        chord = vec3.sub(touches, nearest)
+        radius = 0.5 * vec3.norm_squared(chord) / vec3.dot(n, chord)
+
+
+@kernel
 def base_of(vertices, faces, nodes, two_sided, center, p, bound):
     """The nearest point of the surface if p is inside, not farther than the square root of ``bound`` [m^2]; else p."""
     index, nearest, lies_on = nearest_face(vertices, faces, nodes, p, bound)
     if index < 0:
         return p
-    side = side_of(vertices, faces[index], two_sided, center)
+    side = side_of(vertices, faces, index, two_sided, center)
     return nearest if is_inside(vertices, faces, faces[index], side, p, nearest, lies_on) else p
 
 
@@ -93,7 +100,7 @@ def depth_squared(vertices, faces, nodes, two_sided, center, p, bound):
     index, nearest, lies_on = nearest_face(vertices, faces, nodes, p, bound)
     if index < 0:
         return bound, False
-    side = side_of(vertices, faces[index], two_sided, center)
+    side = side_of(vertices, faces, index, two_sided, center)
     inside = is_inside(vertices, faces, faces[index], side, p, nearest, lies_on)
     return vec3.norm_squared(vec3.sub(p, nearest)), inside
 

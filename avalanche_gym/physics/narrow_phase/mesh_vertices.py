@@ -13,7 +13,8 @@ from ..maths import mat3, vec3
 from ..shapes.static_tree import leaf_within
 from .mesh import over_face
 from .mesh_edges import SEARCH_BEHIND
-from .mesh_surface import base_of, corners_of
+from .mesh_side import corners_of
+from .mesh_surface import base_of
 from .terrain_candidates import FACE_PLACE, PARTS, POINT, add_candidate, feature_of
 from .terrain_features import TILT, in_vertex_cone
 from .terrain_shape import CORNER_ROW, FIRST_FEATURE_ROW, get, margin_of, put_corner, scale_of
