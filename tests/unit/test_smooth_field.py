@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from avalanche_gym.physics import ConvexHull
 from avalanche_gym.physics.model import CAPSULE, PLACE_BITS, SLIDING, SPHERE
 from avalanche_gym.physics.narrow_phase.smooth_field import RIM
-from avalanche_gym.physics.narrow_phase.smooth_surface import coefficients_of, jet, patch_of
+from avalanche_gym.physics.narrow_phase.smooth_surface import coefficients_of, jet, patch_of, signed_distance
 from avalanche_gym.physics.shapes.height_spline import spline_coefficients
 from avalanche_gym.physics.shapes.hull_preparation import prepare_hull
 from avalanche_gym.physics.shapes.terrain import octaves
@@ -50,6 +50,18 @@ def test_surface_is_the_spline_of_scipy(shape):
             for order in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
         ]
         np.testing.assert_allclose(surface(terrain, x, y), expected, atol=1e-11 * 36)
+
+
+def test_a_point_on_the_surface_is_not_lost():
+    """On a slope its foot may come out above it by round-off, which is no far side of a ridge."""
+    heights, size = octaves(33, 33, (16.0, 16.0), np.random.default_rng(4), amplitude=0.4, period=4.0), (16.0, 16.0)
+    field, pool = oracle.smooth_terrain(heights, size)
+    patch, c = patch_of(field[0]), coefficients_of(field[0], pool)
+    for x, y in np.random.default_rng(5).uniform(-7.0, 7.0, (3000, 2)):
+        z = jet(patch, c, x, y)[0]
+        for ulps in (-1, 0, 1, 2):
+            distance, _ = signed_distance(patch, c, (x, y, z + ulps * np.spacing(z)), x + 1e-5, y - 1e-5)
+            assert abs(distance) < 1e-14
 
 
 def test_every_field_of_a_batch_gets_the_coefficients_it_gets_alone():

@@ -34,7 +34,7 @@ LAST_STEP = 1e-7
 # Any other step below this part of a cell ends the search: it has run into a border or into round-off.
 SMALLEST_STEP = 1e-13
 MOST_STEPS = 60
-# D may grow by this many units of round-off in a step.
+# D may grow by this many units of round-off in a step; a distance is known to as many of them, of the size of the field.
 ROUND_OFF = 8.0 * 2.220446049250313e-16
 # Added to |H|, whose size is 1 on flat ground: where the bend just cancels the distance a step would have no end.
 # Larger: it takes long to leave a saddle.
@@ -222,7 +222,9 @@ def signed_distance(patch, c, p, x, y):
         if ((on_rim and distance >= 0.0) or beside) and distance < reach * (1.0 - ROUND_OFF):
             # On the rim the nearest point need not be straight below.
             return reach, vec3.scale(1.0 / reach, d)
-        return (distance if distance >= 0.0 else math.inf), normal
+        # Of a point on the surface, to round-off, the sign says nothing.
+        unsure = ROUND_OFF * (patch[6] + patch[7] + abs(p[2]))
+        return (distance if distance >= -unsure else math.inf), normal
     # Inside: out through the surface, or through a wall that is nearer.
     to_x = min(p[0] - patch[0], patch[6] - p[0])
     to_y = min(p[1] - patch[1], patch[7] - p[1])
