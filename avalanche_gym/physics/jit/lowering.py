@@ -4,6 +4,10 @@ Numba asks of every variable whether it owns memory, and takes tuples of numbers
 does; it writes down the address of every function that is called, which nobody reads; it measures variables for a
 debugger; and it tries three times whether an operand is a constant. Half of the code that it handed to LLVM was of that
 kind. Here it is left out where it is known to be dead; the rest is Numba's own.
+
+Numba counts a reference for every array that is an argument, and takes it back at the last use. The caller has one all
+the time, so these two calls do nothing but spill the registers of every kernel that is given a table: they are left out
+too.
 """
 
 from __future__ import annotations
@@ -26,6 +30,15 @@ class _LeanLower(lowering.Lower):
             owns = self._owners[kind] = bool(self.context.data_model_manager[kind].contains_nrt_meminfo())
         return owns
 
+    def _is_borrowed(self, name: str) -> bool:
+        """Whether a variable is an argument and nothing else ever: the caller holds what it refers to."""
+        definitions = self.func_ir._definitions.get(name, ())
+        return len(definitions) == 1 and isinstance(definitions[0], ir.Arg)
+
+    def _counts(self, name: str, kind: Any) -> bool:
+        """Whether references are counted for a variable."""
+        return self._owns_memory(kind) and not self._is_borrowed(name)
+
     def incref(self, typ: Any, val: Any) -> None:
         if self._owns_memory(typ):
             super().incref(typ, val)
@@ -37,7 +50,7 @@ class _LeanLower(lowering.Lower):
     def delvar(self, name: str) -> None:
         # The end of a variable matters to what it owns.
         kind = self.typeof(name)
-        if self._owns_memory(kind) or self._disable_sroa_like_opt:
+        if self._counts(name, kind) or self._disable_sroa_like_opt:
             super().delvar(name)
         else:
             if name not in self._blk_local_varmap:
@@ -47,7 +60,7 @@ class _LeanLower(lowering.Lower):
     def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
         kind = self.typeof(name)
         if (
-            self._owns_memory(kind)
+            self._counts(name, kind)
             or self._disable_sroa_like_opt
             or name in self._singly_assigned_vars
             or value.type != self.context.get_value_type(kind)
@@ -66,6 +79,9 @@ class _LeanLower(lowering.Lower):
         # A function that is called is reached by its name.
         if isinstance(ty, types.Dispatcher) and isinstance(inst.value, (ir.Global, ir.FreeVar)):
             return self.context.get_dummy_value()
+        if isinstance(inst.value, ir.Arg) and self._owns_memory(ty) and self._is_borrowed(inst.target.name):
+            kind = self.typeof("arg." + inst.value.name)
+            return self.context.cast(self.builder, self.fnargs[inst.value.index], kind, ty)
         return super().lower_assign(ty, inst)
 
     def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
