@@ -19,8 +19,9 @@ from __future__ import annotations
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .elimination import position_at, rows_at, start_at
-from .linearisation import linearise
+from .linearisation import linearise, linearise_moment
 from .problem import load_matrix
+from .residual import load_on
 from .response import add_impulse, clear
 from .workspace import OPEN, SLIP
 
@@ -29,27 +30,34 @@ SCRATCH_BLOCKS = 2
 
 
 @kernel
+def linearise_row(rows, row, delta):
+    """A and B of a row into its fields; return what it adds to the sums of A, and whether its B is symmetric.
+
+    A moment gains with the load of its contact, which comes before it.
+    """
+    if row.of < 0:
+        linearise(row, delta)
+        return vec3.load(row.offset), row.status != SLIP or row.friction == 0.0
+    linearise_moment(row, load_on(rows, row), delta)
+    offset = vec3.load(row.offset)
+    coupling = vec3.load(row.coupling)
+    if vec3.norm_squared(coupling) > 0.0:
+        contact = rows[row.of]
+        rise = vec3.dot(vec3.load(contact.offset), vec3.load(contact.normal))
+        return vec3.add_scaled(offset, rise, coupling), False
+    return offset, True
+
+
+@kernel
 def linearise_rows(rows, nodes, num_contacts, num_bodies, delta):
     """A and B of every contact, and the sums of A over the contacts of each node; 1 if every B is symmetric, else 0."""
     clear(nodes, num_bodies + 1)
     symmetric = 1
     for i in range(num_contacts):
-        row = rows[i]
-        status, offset, stiffness = linearise(rows, row, delta)
-        row.status = status
-        vec3.store(row.offset, offset)
-        for k in range(9):
-            row.stiffness[k] = stiffness[k]
-        if row.of >= 0:
-            coupling = vec3.load(row.coupling)
-            if vec3.norm_squared(coupling) > 0.0:
-                symmetric = 0
-                contact = rows[row.of]
-                rise = vec3.dot(vec3.load(contact.offset), vec3.load(contact.normal))
-                offset = vec3.add_scaled(offset, rise, coupling)
-        elif status == SLIP and row.friction > 0.0:
+        offset, is_symmetric = linearise_row(rows, rows[i], delta)
+        if not is_symmetric:
             symmetric = 0
-        add_impulse(row, nodes, offset)
+        add_impulse(rows[i], nodes, offset)
     return symmetric
 
 
@@ -84,6 +92,15 @@ def add_angular_stiffness(blocks, slot, rows, row, arm):
         for c in range(3):
             blocks[slot, 18 + 6 * r + c] += c_r * fall[c]
             blocks[slot, 21 + 6 * r + c] += row.stiffness[3 * r + c] + c_r * turned[c]
+
+
+@kernel
+def add_row_stiffness(blocks, slot, rows, row, arm):
+    """Add the B of a contact or moment, at ``arm`` from p, to K."""
+    if row.of >= 0:
+        add_angular_stiffness(blocks, slot, rows, row, arm)
+    else:
+        add_stiffness(blocks, slot, row, arm)
 
 
 @kernel
@@ -167,10 +184,7 @@ def assemble_matrix(rows, nodes, blocks, index, num_contacts, num_bodies, num_ha
                     arm = vec3.sub(vec3.load(rows[c].arm_b), vec3.load(rows[first].arm_b))
                 else:
                     arm = vec3.sub(vec3.load(rows[c].arm_a), vec3.load(rows[first].arm_a))
-                if rows[c].of >= 0:
-                    add_angular_stiffness(blocks, k, rows, rows[c], arm)
-                else:
-                    add_stiffness(blocks, k, rows[c], arm)
+                add_row_stiffness(blocks, k, rows, rows[c], arm)
             c += 1
         if closed:
             add_pair(blocks, index, nodes, rows[first], num_bodies, num_handles, slots, symmetric)

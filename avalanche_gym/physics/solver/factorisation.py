@@ -81,6 +81,26 @@ def solve_lower_from_left(blocks, slot, diagonal):
 
 
 @kernel
+def solve_lower(blocks, slot, x):
+    """x <- L_j^-1 x for the first six entries of x."""
+    for i in range(1, 6):
+        total = x[i]
+        for k in range(i):
+            total -= blocks[slot, 6 * i + k] * x[k]
+        x[i] = total
+
+
+@kernel
+def solve_upper(blocks, slot, x):
+    """x <- U_j^-1 x for the first six entries of x."""
+    for i in range(5, -1, -1):
+        total = x[i]
+        for k in range(i + 1, 6):
+            total -= blocks[slot, 6 * i + k] * x[k]
+        x[i] = total * blocks[slot, 7 * i]
+
+
+@kernel
 def factorise(blocks, index, num_bodies, num_handles, slots, symmetric):
     """L U (or L D L^T) of the assembled matrix, in place. ``symmetric``: int64, 0 or 1."""
     n = num_bodies
@@ -128,11 +148,7 @@ def solve(blocks, index, nodes, num_bodies, num_handles, slots):
     upper = n + slots
     for j in range(n):
         x = nodes[index[order + j]].scaled
-        for i in range(1, 6):
-            total = x[i]
-            for k in range(i):
-                total -= blocks[j, 6 * i + k] * x[k]
-            x[i] = total
+        solve_lower(blocks, j, x)
         for s in range(index[start + j], index[start + j + 1]):
             y = nodes[index[order + index[pattern + s]]].scaled
             for i in range(6):
@@ -149,8 +165,4 @@ def solve(blocks, index, nodes, num_bodies, num_handles, slots):
                 for k in range(6):
                     total -= blocks[upper + s, 6 * i + k] * y[k]
                 x[i] = total
-        for i in range(5, -1, -1):
-            total = x[i]
-            for k in range(i + 1, 6):
-                total -= blocks[j, 6 * i + k] * x[k]
-            x[i] = total * blocks[j, 7 * i]
+        solve_upper(blocks, j, x)

@@ -18,9 +18,31 @@ from .response import relative_velocity
 
 
 @kernel
-def lever(node, arm, direction):
+def moves(node):
+    """Whether a node stands for something that can move."""
+    return node.root > 0.0 or node.trace > 0.0
+
+
+@kernel
+def lever(axes, arm, direction):
     """axes^T (x cross d): the scaled angular velocity that a unit impulse along d makes."""
-    return mat3.apply_transposed(load_matrix(node.axes), vec3.cross(arm, direction))
+    return mat3.apply_transposed(axes, vec3.cross(arm, direction))
+
+
+@kernel
+def add_local(local, node, arm, normal, t1, t2):
+    """Add what one of the two bodies gives to W_ii."""
+    axes = load_matrix(node.axes)
+    direct = node.root * node.root
+    n = lever(axes, arm, normal)
+    a = lever(axes, arm, t1)
+    b = lever(axes, arm, t2)
+    local[0] += direct + vec3.dot(n, n)
+    local[1] += vec3.dot(n, a)
+    local[2] += vec3.dot(n, b)
+    local[3] += direct + vec3.dot(a, a)
+    local[4] += vec3.dot(a, b)
+    local[5] += direct + vec3.dot(b, b)
 
 
 @kernel
@@ -30,61 +52,48 @@ def prepare_local(rows, nodes, num_contacts):
         row = rows[i]
         if row.of >= 0:
             continue
-        node_a = nodes[row.a]
-        node_b = nodes[row.b]
         normal = vec3.load(row.normal)
         t1, t2 = vec3.tangents(normal)
-        arm_a = vec3.load(row.arm_a)
-        arm_b = vec3.load(row.arm_b)
-        a_n = lever(node_a, arm_a, normal)
-        a_1 = lever(node_a, arm_a, t1)
-        a_2 = lever(node_a, arm_a, t2)
-        b_n = lever(node_b, arm_b, normal)
-        b_1 = lever(node_b, arm_b, t1)
-        b_2 = lever(node_b, arm_b, t2)
-        direct = node_a.root * node_a.root + node_b.root * node_b.root
-        row.local[0] = direct + vec3.dot(a_n, a_n) + vec3.dot(b_n, b_n)
-        row.local[1] = vec3.dot(a_n, a_1) + vec3.dot(b_n, b_1)
-        row.local[2] = vec3.dot(a_n, a_2) + vec3.dot(b_n, b_2)
-        row.local[3] = direct + vec3.dot(a_1, a_1) + vec3.dot(b_1, b_1)
-        row.local[4] = vec3.dot(a_1, a_2) + vec3.dot(b_1, b_2)
-        row.local[5] = direct + vec3.dot(a_2, a_2) + vec3.dot(b_2, b_2)
+        for k in range(6):
+            row.local[k] = 0.0
+        if moves(nodes[row.a]):
+            add_local(row.local, nodes[row.a], vec3.load(row.arm_a), normal, t1, t2)
+        if moves(nodes[row.b]):
+            add_local(row.local, nodes[row.b], vec3.load(row.arm_b), normal, t1, t2)
 
 
 @kernel
 def push(node, arm, impulse, sign):
     """Add the velocities that an impulse at ``arm`` makes."""
-    vec3.store(node.linear, vec3.add_scaled(vec3.load(node.linear), sign * node.root * node.root, impulse))
-    turn(node, vec3.cross(arm, impulse), sign)
+    if moves(node):
+        linear = vec3.add_scaled(vec3.load(node.linear), sign * node.root * node.root, impulse)
+        vec3.store(node.linear, linear)
+        turn(node, vec3.cross(arm, impulse), sign)
 
 
 @kernel
 def relax(row, nodes):
     """Solve one contact with all others held; update its impulse and the velocities of its two bodies."""
-    node_a = nodes[row.a]
-    node_b = nodes[row.b]
-    arm_a = vec3.load(row.arm_a)
-    arm_b = vec3.load(row.arm_b)
     normal = vec3.load(row.normal)
+    old = vec3.load(row.impulse)
+    velocity = vec3.add(vec3.load(row.free), relative_velocity(row, nodes))
+    u_n = vec3.dot(velocity, normal)
+    if u_n >= 0.0 and old[0] == 0.0 and old[1] == 0.0 and old[2] == 0.0:
+        return
     t1, t2 = vec3.tangents(normal)
     w = row.local
-    old = vec3.load(row.impulse)
-    spin_a = vec3.cross(vec3.load(node_a.angular), arm_a)
-    spin_b = vec3.cross(vec3.load(node_b.angular), arm_b)
-    change = vec3.add(vec3.sub(vec3.load(node_b.linear), vec3.load(node_a.linear)), vec3.sub(spin_b, spin_a))
-    velocity = vec3.add(vec3.load(row.free), change)
     r_n = vec3.dot(old, normal)
     r_1 = vec3.dot(old, t1)
     r_2 = vec3.dot(old, t2)
-    q_n = vec3.dot(velocity, normal) - (w[0] * r_n + w[1] * r_1 + w[2] * r_2)
+    q_n = u_n - (w[0] * r_n + w[1] * r_1 + w[2] * r_2)
     q_1 = vec3.dot(velocity, t1) - (w[1] * r_n + w[3] * r_1 + w[4] * r_2)
     q_2 = vec3.dot(velocity, t2) - (w[2] * r_n + w[4] * r_1 + w[5] * r_2)
     r_n, r_1, r_2 = solve_contact(w[0], w[1], w[2], w[3], w[4], w[5], q_n, q_1, q_2, row.friction)
     new = vec3.add_scaled(vec3.add_scaled(vec3.scale(r_n, normal), r_1, t1), r_2, t2)
     step = vec3.sub(new, old)
     vec3.store(row.impulse, new)
-    push(node_a, arm_a, step, -1.0)
-    push(node_b, arm_b, step, 1.0)
+    push(nodes[row.a], vec3.load(row.arm_a), step, -1.0)
+    push(nodes[row.b], vec3.load(row.arm_b), step, 1.0)
 
 
 @kernel

@@ -23,7 +23,6 @@ import math
 
 from ..jit import kernel
 from ..maths import vec3
-from .residual import load_on
 from .sharing import SPARED, approach
 from .workspace import OPEN, SLIP, STICK
 
@@ -53,8 +52,17 @@ def add_matrices(a, b):
 
 
 @kernel
+def store_law(row, status, offset, stiffness):
+    """Note what a row does in the step."""
+    row.status = status
+    vec3.store(row.offset, offset)
+    for k in range(9):
+        row.stiffness[k] = stiffness[k]
+
+
+@kernel
 def linearise_moment(row, load, delta):
-    """(status, A, B) of a moment whose contact bears ``load`` [N s]: F = m - projection of m - rho w.
+    """Status, A and B of a moment whose contact bears ``load`` [N s]: F = m - projection of m - rho w.
 
     Each part sticks, dm = -k (w + dw), or is at its limit as the tangential part of a contact that slips. A limit moves
     with the load: dm = A - B dw + c dr_n, with c stored in ``coupling``.
@@ -100,18 +108,17 @@ def linearise_moment(row, load, delta):
         if load > 0.0:
             coupling = vec3.add_scaled(coupling, row.friction / (1.0 + delta), t)
     vec3.store(row.coupling, coupling)
-    return STICK, a, b
+    store_law(row, STICK, a, b)
 
 
 @kernel
-def linearise(rows, row, delta):
-    """(status, A, B) of a contact or moment at its present impulse and velocity."""
+def linearise(row, delta):
+    """Status, A and B of a contact at its present impulse and velocity."""
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     impulse = vec3.load(row.impulse)
     if row.scale == 0.0:
-        return OPEN, vec3.ZERO, zero
-    if row.of >= 0:
-        return linearise_moment(row, load_on(rows, row), delta)
+        store_law(row, OPEN, vec3.ZERO, zero)
+        return
     velocity = vec3.load(row.velocity)
     normal = vec3.load(row.normal)
     friction = row.friction
@@ -121,19 +128,23 @@ def linearise(rows, row, delta):
     # A contact that just touches and bears nothing counts as closed: in a stack that starts to fall all but the lowest
     # are like that, and would otherwise be found one a step.
     if z_n < 0.0 or row.shared == SPARED:
-        return OPEN, vec3.scale(-1.0 / (1.0 + delta), impulse), zero
+        store_law(row, OPEN, vec3.scale(-1.0 / (1.0 + delta), impulse), zero)
+        return
     k = rho / delta
     z_t = vec3.add_scaled(z, -z_n, normal)
     length = math.sqrt(vec3.norm_squared(z_t))
     if friction > 0.0 and length <= friction * z_n:
         pace = vec3.add_scaled(velocity, approach(row) - vec3.dot(velocity, normal), normal)
-        return STICK, vec3.scale(-k, pace), (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k)
+        store_law(row, STICK, vec3.scale(-k, pace), (k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k))
+        return
     impulse_n = vec3.dot(impulse, normal)
     impulse_t = vec3.add_scaled(impulse, -impulse_n, normal)
     velocity_n = approach(row)
     along_normal = vec3.scale(-k * velocity_n, normal)
     if friction == 0.0 or length == 0.0:
-        return SLIP, vec3.add_scaled(along_normal, -1.0 / (1.0 + delta), impulse_t), outer(k, normal, normal)
+        offset = vec3.add_scaled(along_normal, -1.0 / (1.0 + delta), impulse_t)
+        store_law(row, SLIP, offset, outer(k, normal, normal))
+        return
     t = vec3.scale(1.0 / length, z_t)
     p = vec3.cross(normal, t)
     d = friction * z_n / length
@@ -143,4 +154,4 @@ def linearise(rows, row, delta):
     a = vec3.add_scaled(a, -across * vec3.dot(p, error), p)
     # k n n^T + mu (k + rho) / (1 + delta) t n^T = (k n + ... t) n^T
     first = vec3.add_scaled(vec3.scale(k, normal), friction * (k + rho) / (1.0 + delta), t)
-    return SLIP, a, add_matrices(outer(1.0, first, normal), outer(rho * d * across, p, p))
+    store_law(row, SLIP, a, add_matrices(outer(1.0, first, normal), outer(rho * d * across, p, p)))

@@ -17,15 +17,10 @@ everything undone, and delta grows, as in the method of Levenberg and Marquardt.
 from __future__ import annotations
 
 from ..jit import kernel
-from ..maths import mat3, vec3
-from .assembly import assemble_matrix, linearise_rows, set_right_side, set_velocities
-from .factorisation import factorise, solve
 from .iterate import keep_accepted, keep_best, restore_accepted
-from .problem import load_matrix
+from .newton_step import step_alone, step_together
 from .residual import evaluate
-from .response import relative_velocity
 from .sharing import agree_on_shares, part, share_loads
-from .workspace import OPEN
 
 # A step counts as accepted if it falls below this part of the largest of the last five accepted residuals.
 ACCEPT = 0.999
@@ -86,24 +81,10 @@ def newton(
         if on_trial == 0:
             keep_accepted(rows, num_contacts)
         sharing = shares and agree_on_shares(rows, num_contacts, num_bodies, tolerance)
-        symmetric = linearise_rows(rows, nodes, num_contacts, num_bodies, delta)
-        assemble_matrix(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, symmetric)
-        factorise(blocks, index, num_bodies, num_handles, slots, symmetric)
-        set_right_side(nodes, num_bodies)
-        solve(blocks, index, nodes, num_bodies, num_handles, slots)
-        set_velocities(nodes, num_bodies)
-        for i in range(num_contacts):
-            row = rows[i]
-            step = vec3.load(row.offset)
-            if row.status != OPEN:
-                step = vec3.sub(step, mat3.apply(load_matrix(row.stiffness), relative_velocity(row, nodes)))
-            if row.of >= 0:
-                contact = rows[row.of]
-                rise = vec3.dot(vec3.sub(vec3.load(contact.impulse), vec3.load(contact.dx)), vec3.load(contact.normal))
-                step = vec3.add_scaled(step, rise, vec3.load(row.coupling))
-            else:
-                vec3.store(row.dx, vec3.load(row.impulse))
-            vec3.store(row.impulse, vec3.add(vec3.load(row.impulse), step))
+        if num_bodies == 1:
+            step_alone(rows, nodes, blocks, num_contacts, delta)
+        else:
+            step_together(rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, delta)
         if sharing:
             share_loads(rows, num_contacts)
         trial, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)

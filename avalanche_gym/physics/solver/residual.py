@@ -24,7 +24,14 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from .cone import limit, project
-from .response import add_impulse, clear, impulses_to_velocities, relative_velocity
+from .response import (
+    add_impulse,
+    clear,
+    impulses_to_velocities,
+    relative_velocity,
+    relative_velocity_alone,
+    velocities_alone,
+)
 
 # Units of round-off in res below which an iterate counts as solved whatever the tolerance says. Lower: steps are wasted
 # on noise when bodies are much faster than what contacts change in a step. Higher: accuracy is given away.
@@ -43,19 +50,23 @@ def load_on(rows, row):
 
 
 @kernel
-def natural_map(rows, row, impulse, velocity):
-    """F_i for an impulse and a velocity u_i, and the vector (u_i + mu |u_it| n_i) / Wd_i, of a moment u_i / Wd_i."""
-    if row.of >= 0:
-        corrected = vec3.scale(row.inverse, velocity)
-        load = load_on(rows, row)
-        kept = limit(vec3.sub(impulse, corrected), vec3.load(row.normal), row.friction * load, row.torsion * load)
-        return vec3.sub(impulse, kept), corrected
+def moment_error(row, load, impulse, velocity):
+    """|F_i|^2 and |u_i / Wd_i|^2 of a moment whose contact bears ``load`` [N s]."""
+    corrected = vec3.scale(row.inverse, velocity)
+    kept = limit(vec3.sub(impulse, corrected), vec3.load(row.normal), row.friction * load, row.torsion * load)
+    return vec3.norm_squared(vec3.sub(impulse, kept)), vec3.norm_squared(corrected)
+
+
+@kernel
+def contact_error(row, impulse, velocity):
+    """|F_i|^2 and |(u_i + mu |u_it| n_i) / Wd_i|^2 of a contact."""
     normal = vec3.load(row.normal)
     friction = row.friction
     along = vec3.dot(velocity, normal)
     slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
     corrected = vec3.scale(row.inverse, vec3.add_scaled(velocity, friction * slip, normal))
-    return vec3.sub(impulse, project(vec3.sub(impulse, corrected), normal, friction)), corrected
+    error = vec3.sub(impulse, project(vec3.sub(impulse, corrected), normal, friction))
+    return vec3.norm_squared(error), vec3.norm_squared(corrected)
 
 
 @kernel
@@ -94,22 +105,29 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
     Returns:
         the relative residual, and the level that round-off alone can explain.
     """
-    clear(nodes, num_bodies + 1)
-    for i in range(num_contacts):
-        row = rows[i]
-        impulse = vec3.load(row.impulse)
-        if impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0:
-            add_impulse(row, nodes, impulse)
-    impulses_to_velocities(nodes, num_bodies + 1)
+    alone = num_bodies == 1
+    linear = vec3.ZERO
+    angular = vec3.ZERO
+    if alone:
+        linear, angular = velocities_alone(rows, nodes, num_contacts)
+    else:
+        clear(nodes, num_bodies + 1)
+        for i in range(num_contacts):
+            row = rows[i]
+            impulse = vec3.load(row.impulse)
+            if impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0:
+                add_impulse(row, nodes, impulse)
+        impulses_to_velocities(nodes, num_bodies + 1)
     squares = 0.0
     impulses = 0.0
     magnitudes = 0.0
     for i in range(num_contacts):
         row = rows[i]
-        velocity = vec3.add(vec3.load(row.free), relative_velocity(row, nodes))
+        change = relative_velocity_alone(row, linear, angular) if alone else relative_velocity(row, nodes)
+        velocity = vec3.add(vec3.load(row.free), change)
         vec3.store(row.velocity, velocity)
         if row.scale > 0.0:
-            magnitudes += row.speed / row.scale
+            magnitudes += row.speed * row.inverse
             impulse = vec3.load(row.impulse)
             if row.of < 0 and impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
                 normal = vec3.load(row.normal)
@@ -118,12 +136,15 @@ def evaluate(rows, nodes, num_contacts, num_bodies, violation):
                     # Open and unloaded: F = 0, without a projection.
                     slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
                     lift = along + row.friction * slip
-                    magnitudes += (lift * lift + slip * slip) / row.scale
+                    magnitudes += (lift * lift + slip * slip) * row.inverse
                     continue
-            error, corrected = natural_map(rows, row, impulse, velocity)
-            squares += row.scale * vec3.norm_squared(error)
+            if row.of >= 0:
+                error, corrected = moment_error(row, load_on(rows, row), impulse, velocity)
+            else:
+                error, corrected = contact_error(row, impulse, velocity)
+            squares += row.scale * error
             impulses += row.scale * vec3.norm_squared(impulse)
-            magnitudes += row.scale * vec3.norm_squared(corrected)
+            magnitudes += row.scale * corrected
     size = max(violation, math.sqrt(impulses))
     if size < NOTHING:
         return 0.0, 0.0
