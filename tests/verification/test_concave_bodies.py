@@ -74,12 +74,11 @@ def tumbled(shape, ground, seed):
 
 
 @pytest.mark.parametrize(
-    ("ground", "tolerance"),
-    # Where edges cross ridges the two are no longer alike: the normal of a mesh turns with both edges.
-    [("plane", 1e-11), ("box", 1e-5), ("ramp", 1e-6), ("rough", 1e-2)],
+    ("ground", "tolerance", "seeds"), [("plane", 1e-11, 3), ("box", 1e-5, 3), ("ramp", 1e-6, 3), ("rough", 1e-8, 8)]
 )
-def test_a_box_tumbles_alike_as_a_mesh(ground, tolerance):
-    for seed in range(3):
+def test_a_box_tumbles_alike_as_a_mesh(ground, tolerance, seeds):
+    """On rough facets too: there its edges cross ridges, and both turn the normal."""
+    for seed in range(seeds):
         off = np.linalg.norm(tumbled(box_mesh(), ground, seed) - tumbled(physics.Box(BOX), ground, seed), axis=1)
         assert off.max() < tolerance
 

@@ -82,13 +82,18 @@ def _set_frame(first, state_a, second, state_b, contact):
         on_a = _along_axis(first, state_a, normal)
         contact.frame = ON_A if on_a else ON_B
         contact.curved = 0 if on_a or _along_axis(second, state_b, normal) else 1
-    elif max(a, b) == MESH and min(a, b) >= HEIGHT_FIELD:
-        # Between surfaces of triangles either one has the face; crossing edges turn the normal together.
-        contact.curved = 1 if is_crossing(contact.feature) else 0
-        contact.frame = ON_A if is_of_second(contact.feature) != (a > b) else ON_B
-    elif (max(a, b) == MESH or max(a, b) == HEIGHT_FIELD) and (min(a, b) == BOX or min(a, b) == HULL):
-        # Its corners slide on facets, and vertices of those on its faces.
-        contact.frame = ON_A if is_terrain_vertex(contact.feature) == (a < b) else ON_B
+    elif (max(a, b) == MESH or max(a, b) == HEIGHT_FIELD) and (
+        min(a, b) == BOX or min(a, b) == HULL or min(a, b) >= HEIGHT_FIELD
+    ):
+        if is_crossing(contact.feature):
+            # Both edges turn the normal; where they come to cross no more, it stays with the flatter body.
+            contact.curved = 1
+        elif min(a, b) >= HEIGHT_FIELD:
+            # Between surfaces of triangles either one has the face.
+            contact.frame = ON_A if is_of_second(contact.feature) != (a > b) else ON_B
+        else:
+            # Its corners slide on facets, and vertices of those on its faces.
+            contact.frame = ON_A if is_terrain_vertex(contact.feature) == (a < b) else ON_B
     elif a == SMOOTH_FIELD or b == SMOOTH_FIELD:
         if is_on_flat(contact.feature):
             contact.curved = 0

@@ -31,11 +31,14 @@ from .terrain_features import (
     meet_along,
     star_depth,
 )
-from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, radius_of
+from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, radius_of, scale_of
 from .triangle import REGION_SLACK
 
 # Faces of a box are the parts 0 to 5 against a vertex of the terrain, its edges and corners this one.
 EDGE_PART = 6
+# Edges that overlap by less than this share of the size of the shape have not come through each other: contacts leave
+# less. Larger: an edge that has come through has ways out that are none; smaller: what bears may be taken for through.
+TOUCHES = 1e-6
 
 
 @kernel
@@ -117,7 +120,9 @@ def _crossing(scratch, row, count):
     best_gap = -math.inf
     best_axis = -1
     best_d = vec3.ZERO
-    # First which direction of edges is the way out, then all edges of this direction.
+    # What is apart, or just touches, counts whatever its direction: a ridge may lie under two edges of a box. Of what
+    # has come through, first which direction of edges is the way out, then all edges of this direction.
+    through = -TOUCHES * scale_of(scratch)
     for attempt in range(2):
         for axis in range(3):
             if half[axis] == 0.0 or (attempt == 1 and axis != best_axis):
@@ -162,10 +167,10 @@ def _crossing(scratch, row, count):
                     vec3.dot(vec3.sub(center, foot), d) <= 0.0 or -gap > _depth_in_box(scratch, foot) + length
                 ):
                     continue
-                if attempt == 1:
+                if (attempt == 1) == (gap < through):
                     feature = feature_of(CROSSING, 4 * axis + sides, EDGE_PLACE, int(scratch[row + 2, 3]))
                     count = add_candidate(scratch, count, vec3.add_scaled(foot, 0.5 * gap, d), d, gap, feature)
-                elif gap > best_gap:
+                elif attempt == 0 and gap > best_gap:
                     best_gap = gap
                     best_axis = axis
                     best_d = d

@@ -28,7 +28,7 @@ from ..maths import mat3, vec3
 from ..model import PLACE_BITS, SLIDING
 from .path import NEAR_MOTIONS, displacement, seen_from
 from .terrain_candidates import CROSSING, PARTS
-from .terrain_shape import BOUNDS_ROW, put, put_core, put_path, rank_by_motion, set_scale
+from .terrain_shape import BOUNDS_ROW, put, put_core, put_path, rank_by_motion, set_motion, set_scale
 
 # Whatever is asked for, a mesh sees as deep into itself as this share of its size. Larger: more triangles to look at;
 # smaller: more often those have to be looked at that DEEPEST says.
@@ -164,6 +164,9 @@ def put_node(core, seen, scale, falloff, scratch):
     put(scratch, BOUNDS_ROW, 3, upper)
     put_path(seen, path, rest, scratch)
     set_scale(scale, scratch)
+    # Its parts go no farther than its middle and the turn about that lead; impulses only shorten the way (path.py).
+    sway = math.sqrt(vec3.norm_squared(seen[1]) * vec3.norm_squared(half))
+    set_motion(vec3.norm(path) + sway, scratch)
     rank_by_motion(falloff, scratch)
 
 
