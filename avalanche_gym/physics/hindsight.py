@@ -7,7 +7,8 @@ body that turns by an angle a within the step shows another face, off by
     1/2 a^2 sqrt(radius^2 - inner^2),
 
 for turning moves a surface point p along its normal n by |a x p . n| <= |a| |p x n|; |p| <= radius, p . n >= inner.
-And of a mesh not all contacts are known: its vertices go with the faces that they are over, and slide on to others.
+And of meshes and facets not all contacts are known: vertices go with the faces that they are over, and slide on to
+others.
 Around such bodies the narrow phase is asked again, with all bodies at the end of the step, and the places of the bodies
 are swept apart in the metric of their masses (solver/pile.py). No velocity is added: what still approaches is met by
 the contacts of the next step.
@@ -24,7 +25,19 @@ from .contacts.prediction import SLACK, turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
-from .model import BODY_STATE, CAPSULE, CONTACT, CONTACTS_FULL, CYLINDER, DYNAMIC, MESH, OK, PAIRS_FULL
+from .model import (
+    BODY_STATE,
+    CAPSULE,
+    CONTACT,
+    CONTACTS_FULL,
+    CYLINDER,
+    DYNAMIC,
+    HEIGHT_FIELD,
+    MESH,
+    OK,
+    PAIRS_FULL,
+    SPHERE,
+)
 from .narrow_phase.collide import collide_bodies
 from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
@@ -44,7 +57,7 @@ PUSHED, TURNS = 0.01, 5e-3
 # Contacts closer than this fraction of the smaller body keep others from being pushed into it.
 NEAR = 0.05
 # Overlap below this fraction of the smaller body stays: the next step parts what still touches.
-SHALLOW = 2e-3
+SHALLOW = 2e-4
 
 
 @stage
@@ -119,11 +132,16 @@ def _mark_strays(header, workspace, world, marks):
 
 
 @kernel
-def _mark_sliders(header, workspace, world, count, marks):
-    """Mark the bodies of meshes that touch and move; return whether there are any.
+def _is_faceted(shape):
+    return shape == MESH or shape == HEIGHT_FIELD
 
-    Of a mesh twelve contacts are known, each with the face that its vertex is over, and a vertex that slides across a
-    concave bend meets the next face.
+
+@kernel
+def _mark_sliders(header, workspace, world, count, marks):
+    """Mark the bodies that touch and move where one of a pair is made of facets; return whether there are any.
+
+    Of such pairs twelve contacts are known, each with the face that a vertex is over: what slides across a concave bend
+    meets the next face, and what tips over an edge brings another edge down on a vertex. A sphere shows no other part.
     """
     bodies = bodies_of(header, world)
     states = states_of(header, world)
@@ -136,11 +154,12 @@ def _mark_sliders(header, workspace, world, count, marks):
         pair = contact.pair
         i = pair // colliders.shape[0]
         j = pair - i * colliders.shape[0]
-        if colliders[i].shape != MESH and colliders[j].shape != MESH:
+        if not _is_faceted(colliders[i].shape) and not _is_faceted(colliders[j].shape):
             continue
         for side in range(2):
             handle = contact.body_a if side == 0 else contact.body_b
-            if bodies[handle].motion != DYNAMIC or marks[handle] == 1:
+            shape = colliders[i].shape if side == 0 else colliders[j].shape
+            if bodies[handle].motion != DYNAMIC or marks[handle] == 1 or shape == SPHERE:
                 continue
             way = vec3.norm(vec3.sub(vec3.load(ends[handle].center), vec3.load(states[handle].center)))
             turn = max(_turning(header, bodies[handle], states[handle]), _turning(header, bodies[handle], ends[handle]))
