@@ -58,6 +58,8 @@ PUSHED, TURNS = 0.01, 5e-3
 NEAR = 0.05
 # Overlap below this fraction of the smaller body stays: the next step parts what still touches.
 SHALLOW = 2e-4
+# What is known of a body's contacts at the end of the step: none overlaps by more than SHALLOW, or all that is near.
+SHALLOW_ONES, ALL_NEAR = 1, 2
 
 
 @stage
@@ -80,18 +82,23 @@ def part_overlaps(address, workspace_address, world, count):
         if 2 * num_pairs > workspace.pairs_size:
             workspace.detail = num_pairs
             return PAIRS_FULL
+        for index in range(header.num_bodies):
+            looked_at[index] = ALL_NEAR if marks[index] > 0 else 0
+            before[index] = ends[index]
         close = _bring_to_front(header, workspace, world, num_pairs, marks)
         num_found, enough = _find_contacts_at_end(address, workspace_address, world, close, 0.0)
         if not enough:
             _mark_overlapping(header, workspace, world, num_pairs, min(num_found, workspace.contacts_size), marks)
             close = _bring_to_front(header, workspace, world, num_pairs, marks)
             num_found, _ = _find_contacts_at_end(address, workspace_address, world, close, NEAR)
+            for index in range(header.num_bodies):
+                if marks[index] > 0:
+                    looked_at[index] = ALL_NEAR
+                elif looked_at[index] > 0:
+                    looked_at[index] = SHALLOW_ONES
         if num_found > workspace.contacts_size:
             workspace.detail = num_found
             return CONTACTS_FULL
-        for index in range(header.num_bodies):
-            looked_at[index] = marks[index]
-            before[index] = ends[index]
         far = not enough and _sweep_apart(header, workspace, world, count, num_found, marks)
         _measure_again(header, workspace, world, count, num_found, before, looked_at)
         if not far:
@@ -388,8 +395,8 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
         contact = contacts[index]
         a = contact.body_a
         b = contact.body_b
-        looked = looked_at[a] + looked_at[b] > 0
-        if not looked and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
+        looked = max(looked_at[a], looked_at[b])
+        if looked == 0 and not (_moved(before[a], ends[a]) or _moved(before[b], ends[b])):
             worst = max(worst, -contact.gap)
             continue
         # The next step would find its gap another way: it is not one that changes nothing, to the last bit.
@@ -407,9 +414,11 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
                 before[a], ends[a], turn_between(before[a], ends[a]),
                 before[b], ends[b], turn_between(before[b], ends[b]),
             )  # fmt: skip
-            if looked:
-                # Overlap along a normal that no longer counts is none.
+            # Overlap along a normal that no longer counts is none.
+            if looked == ALL_NEAR:
                 contact.gap = max(contact.gap, 0.0)
+            elif looked == SHALLOW_ONES:
+                contact.gap = max(contact.gap, -SHALLOW * contact.size)
         worst = max(worst, -contact.gap)
     for index in range(num_found):
         worst = max(worst, -found[index].gap)

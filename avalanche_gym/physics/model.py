@@ -55,7 +55,7 @@ DULL, LIVELY = 1, 2
 # Status of a world after a call.
 OK, NON_FINITE, CONTACTS_FULL, PAIRS_FULL, SOLVER_FULL = 0, 1, 2, 3, 4
 
-# Islands of fewer bodies are always solved exactly (response/pile_stage.py).
+# So many bodies are a crowd. A world with fewer has no pile tier (response/pile_stage.py): all is solved exactly.
 LEAST_BODIES = 12
 # Of so many at most also when a body is so fast that it may pass another in a step. More: an impact among a hundred
 # bodies costs a tenth of a second.
@@ -246,7 +246,7 @@ REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly m
         ("driven", np.float64, 6),  # in this step
         ("driven_before", np.float64, 6),  # in the last one
         ("driven_change", np.float64, 6),  # by how much those differed from the ones before
-        # Of the first body of an island that is large:
+        # Of the first body of an island in a crowd:
         ("tried", np.int64),  # 1: the exact tier has tried in the last step
         ("pause", np.int64),  # [steps] after its next failure
         ("wait", np.int64),  # [steps] until it tries again

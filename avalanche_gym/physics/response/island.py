@@ -32,7 +32,7 @@ from .impact import acts_at_once, end_impact, end_rebound, forget_impulses, prep
 from .lasting import end_lasting, prepare_lasting
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
 from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, expect_supported, predict_places
-from .solving import FULL, GAVE_UP, SOLVED, solve_velocities, solver_memory
+from .solving import FULL, GAVE_UP, SOLVED, STRIKES, solve_velocities, solver_memory
 from .standing import keep_standing, note_standing, stands_still
 from .stillness import let_rest
 
@@ -75,11 +75,14 @@ def _step_island(address, workspace_address, world, island):
         calm = _quiet_span(address, workspace_address, world, island)
     workspace.calm = min(workspace.calm, calm)
     workspace.budget = header.max_iterations
-    if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island) == 1:
+    strikes = 1 if struck else 0
+    if header.step_pile != 0 and call_stage(header.step_pile, address, workspace_address, world, island, strikes) == 1:
         return True
     outcome = _step_exactly(address, workspace_address, world, island, struck, calm < workspace.span)
     if outcome == GAVE_UP:
-        call_stage(header.step_pile, address, workspace_address, world, island)
+        call_stage(header.step_pile, address, workspace_address, world, island, strikes)
+    if outcome == STRIKES and call_stage(header.step_pile, address, workspace_address, world, island, 1) == 0:
+        outcome = _step_exactly(address, workspace_address, world, island, True, calm < workspace.span)
     return outcome != FULL
 
 
@@ -121,7 +124,8 @@ def _stand(address, workspace_address, world, island):
 
 @kernel
 def _step_exactly(address, workspace_address, world, island, struck, swings):
-    """The same by the exact tier: SOLVED, FULL if the solver needs more memory, or GAVE_UP, and nothing was done.
+    """The same by the exact tier: SOLVED, FULL if the solver needs more memory, or, and nothing was done, GAVE_UP or
+    STRIKES, if something turns out to close in an island of a crowd.
 
     ``swings``: a contact that rests turns so far that it lasts only for a part of the step.
     """
@@ -177,6 +181,8 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         expect_supported(
             starts, time_step, header.time_step, contacts, order, first, last, bodies, members[first_body], ends
         )
+    crowded = header.step_pile != 0 and header.restitution == 0 and last_body - first_body > 1
+    hands_over = crowded and not struck and located == 0 and workspace.part == WHOLE
     foreseen = False
     predictions = 0
     while not (struck or foreseen):
@@ -206,6 +212,8 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         predictions += 1
         foreseen = predictions == MOST_PREDICTIONS
         foreseen = foreseen or came_true(predicted, ends, time_step, contacts, order, first, last)
+    if struck and hands_over:
+        return STRIKES
     if not struck:
         rows, _, blocks, _ = solver_memory(workspace)
         note_sticking(time_step, contacts, order, first, last, rows)

@@ -11,13 +11,17 @@ import math
 from ..contacts.prediction import SLACK, TOUCH, bears_load, surface_shift
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..model import DYNAMIC
-from ..solver.pile import go_on, law_error, pile_residual, remove_overlap, substep, warm_start
+from ..model import DYNAMIC, LEAST_BODIES
+from ..solver.pile import SHARE, forget_blows, go_on, law_error, pile_residual, remove_overlap, substep, warm_start
 from ..solver.pile_moments import allowed, prepare_moment
 from ..solver.pile_response import prepare_response, to_local, to_world
 from ..solver.problem import RESERVED
 from .bodies import end_orientation, free_spin, set_velocities, turned
 from .creep import CLOSING, SETTLED
+
+# Most sweeps of a substep with a blow in an island that is no crowd itself. Fewer: what falls on others is not stopped
+# in that substep, and sinks in.
+FEW_BODIES_SWEEPS = 12
 
 
 @kernel
@@ -172,6 +176,7 @@ def prepare_contacts(
         slip = math.sqrt(impulse[1] * impulse[1] + impulse[2] * impulse[2])
         ratio = min(1.0, contact.friction * load / slip) if slip > 0.0 else 0.0
         vec3.store(row.impulse, (share * load, share * ratio * impulse[1], share * ratio * impulse[2]))
+        vec3.store(row.earlier, vec3.load(row.impulse))
         vec3.store(row.total, vec3.ZERO)
         if moments.shape[0] > 0:
             _prepare_moment(bodies, flown, contact, share, row, moments[number - first], nodes)
@@ -326,15 +331,19 @@ def step_pile_island(
         index,
     )  # fmt: skip
     warm_start(rows, moments, nodes, num_contacts, num_bodies)
+    few = num_bodies < LEAST_BODIES
+    most_sweeps = FEW_BODIES_SWEEPS if few else 1
     for number in range(substeps):
         if number > 0:
             go_on(nodes, num_bodies)
-        substep(rows, moments, nodes, num_contacts, num_bodies, time_step / substeps)
+            if few:
+                forget_blows(rows, nodes, num_contacts)
+        substep(rows, moments, nodes, num_contacts, num_bodies, time_step / substeps, most_sweeps)
     size = math.inf
     for number in range(first, last):
         size = min(size, contacts[order[number]].size)
     residual = pile_residual(rows, moments, nodes, num_contacts, violation)
-    remove_overlap(rows, nodes, num_contacts, time_step, SLACK * size)
+    remove_overlap(rows, nodes, num_contacts, time_step, SLACK * size, 1.0 if few else SHARE)
     end_pile(
         bodies, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body,
         rows, moments, nodes, ends,

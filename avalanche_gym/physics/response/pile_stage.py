@@ -1,10 +1,12 @@
-"""The stage of the pile tier, and which islands go there.
+"""The stage of the pile tier, and which islands of a crowd go there.
 
-Where contacts close, jam and part, an exact solution costs a hundred times what sweeps do, and where they last, one
-factorisation. Which of the two it will be is told by what it was: the exact tier is tried on an island that is hardly
-moving, or whose bodies touch in few rings (a stack or a chain costs it no more than its length), for as many
-factorisations as a warm start takes. If that does not solve it the pile tier steps the island, and the exact tier waits
-twice as long before it is tried again.
+Where contacts close, jam and part, an exact solution costs five to a hundred times what sweeps do, and where they last,
+one factorisation. What closes does so at the end of the step for the exact tier and in a substep for this one; both are
+of order 1, and the bodies end as near to where small steps lead. So an island that is struck comes here at once. For
+others what it was tells what it will be: the exact tier is tried on an island that is hardly moving, or whose bodies
+touch in few rings (a stack or a chain costs it no more than its length), for as many factorisations as a warm start
+takes. If that does not solve it the pile tier steps the island, and the exact tier waits twice as long before it is
+tried again. A body alone has few contacts and no chain of bodies to be jammed in: it is solved exactly.
 """
 
 from __future__ import annotations
@@ -19,12 +21,14 @@ from ..contacts.turning import any_outruns
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LEAST_BODIES, MOST_FOLLOWED, TO_IMPACT
+from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, MOST_FOLLOWED, TO_IMPACT
 from ..solver.exact import CERTIFIED, WARM_BUDGET
 from ..solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
 from .pile import certify_pile_island, step_pile_island
 from .stillness import let_rest
 
+# Islands of so many bodies may come here.
+LEAST_TOUCHING = 2
 # Rings of touching bodies, as a share of their number, above which an island is no chain.
 RINGS = 0.25
 # Above so many rings a factorisation would be too dear (some 0.1 s).
@@ -98,13 +102,16 @@ def _exact_is_due(memory, tolerance):
 
 
 @stage
-def step_pile(address, workspace_address, world, island):
-    """Advance one island by the pile tier, if it is for that; return 1 if so, 0 if the exact tier is to do it."""
+def step_pile(address, workspace_address, world, island, struck):
+    """Advance one island by the pile tier, if it is for that; return 1 if so, 0 if the exact tier is to do it.
+
+    ``struck``: 1 if a contact closes at the start of the step.
+    """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     first_body = _entry(workspace.body_starts, island)
     last_body = _entry(workspace.body_starts, island + 1)
-    if last_body - first_body < LEAST_BODIES:
+    if last_body - first_body < LEAST_TOUCHING:
         return 0
     if workspace.part == TO_IMPACT or workspace.span != header.time_step:
         return 0
@@ -147,7 +154,7 @@ def step_pile(address, workspace_address, world, island):
             table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD
             report.residual = max(report.residual, residual)
             return 1
-    if (quiet or rings < RINGS * num_bodies) and _exact_is_due(memory, header.tolerance):
+    if struck == 0 and (quiet or rings < RINGS * num_bodies) and _exact_is_due(memory, header.tolerance):
         workspace.budget = header.max_iterations
         if not quiet or _any_loaded(contacts, order, first, last):
             workspace.budget = min(WARM_BUDGET, header.max_iterations)

@@ -13,7 +13,7 @@ from ..solver.workspace import NODE, ROW
 from .pile_stage import GOOD
 
 # What became of an island in the exact tier.
-FULL, SOLVED, GAVE_UP = 0, 1, 2
+FULL, SOLVED, GAVE_UP, STRIKES = 0, 1, 2, 3
 
 
 @kernel

@@ -16,6 +16,11 @@ with w the larger eigenvalue of W_tt.
 
 What stays unchanged under all three obeys the contact law exactly; the slip step is no exact local solution, which a
 sweep that is followed by others does not need.
+
+What stops a body does so once. Taken up again in the next substep it throws the body back, and one sweep does not
+settle that, nor the blow itself where it goes on to others. Few bodies can afford better: impulses that leapt up are
+not taken up again, and a substep with such a blow is swept until there is none. In a crowd there is one in every
+substep, and loads that grow look like blows: piles that forget them sink.
 """
 
 from __future__ import annotations
@@ -26,7 +31,7 @@ from ..jit import kernel
 from ..maths import vec3
 from .cone import project
 from .pile_moments import moment_error, relax_moment, turn_bodies
-from .pile_response import contact_velocity, normal_velocity, push_bodies, relative_velocity, respond
+from .pile_response import contact_velocity, normal_velocity, push_bodies, relative_velocity
 
 # Share of an overlap that a step removes, by so many sweeps. More at a time lifts piles; fewer leave them deeper.
 SHARE, POSITION_SWEEPS = 0.3, 3
@@ -34,6 +39,9 @@ SHARE, POSITION_SWEEPS = 0.3, 3
 MOST_POSITION_SWEEPS = 12
 # Sweeps that take out all of the overlap.
 MOST_PARTING_SWEEPS = 40
+# An impulse that grows by more than this factor from one substep to the next is a blow. Smaller: loads that settle are
+# taken for blows.
+LEAP = 2.0
 
 
 @kernel
@@ -95,13 +103,24 @@ def go_on(nodes, num_bodies):
 
 
 @kernel
-def substep(rows, moments, nodes, num_contacts, num_bodies, time_step):
-    """One sweep; then gaps and bodies advance by a substep [s]."""
+def forget_blows(rows, nodes, num_contacts):
+    """Take back what go_on repeats of impulses that leapt up in the last substep: something was stopped there, once."""
+    for i in range(num_contacts):
+        row = rows[i]
+        impulse, earlier = vec3.load(row.impulse), vec3.load(row.earlier)
+        if impulse[0] > LEAP * earlier[0]:
+            push_bodies(row, nodes, vec3.sub(earlier, impulse))
+            vec3.store(row.impulse, earlier)
+        vec3.store(row.earlier, impulse)
+
+
+@kernel
+def sweep(rows, moments, nodes, num_contacts):
+    """Solve every contact in turn with all others held; return whether one of them took a blow."""
+    struck = False
     for i in range(num_contacts):
         row = rows[i]
         change = relative_velocity(row, nodes)
-        if row.lasting == 0:
-            row.bias = max(row.open, 0.0) / time_step
         u_n = vec3.dot(vec3.load(row.normal), change) + row.prescribed[0] + row.bias
         old = vec3.load(row.impulse)
         if old[0] != 0.0 or u_n < 0.0:
@@ -109,14 +128,30 @@ def substep(rows, moments, nodes, num_contacts, num_bodies, time_step):
             u_2 = vec3.dot(vec3.load(row.t2), change) + row.prescribed[2]
             new = relaxed(row, old, u_n, u_1, u_2)
             vec3.store(row.impulse, new)
-            vec3.store(row.total, vec3.add(vec3.load(row.total), new))
             push_bodies(row, nodes, vec3.sub(new, old))
+            struck = struck or new[0] > LEAP * row.earlier[0]
         if moments.shape[0] > 0:
             relax_moment(row, moments[i], nodes)
+    return struck
+
+
+@kernel
+def substep(rows, moments, nodes, num_contacts, num_bodies, time_step, most_sweeps):
+    """One sweep, or up to ``most_sweeps`` while there are blows; then gaps and bodies advance by a substep [s]."""
     for i in range(num_contacts):
         row = rows[i]
         if row.lasting == 0:
+            row.bias = max(row.open, 0.0) / time_step
+    for _ in range(most_sweeps):
+        if not sweep(rows, moments, nodes, num_contacts):
+            break
+    for i in range(num_contacts):
+        row = rows[i]
+        vec3.store(row.total, vec3.add(vec3.load(row.total), vec3.load(row.impulse)))
+        if row.lasting == 0:
             row.open += time_step * normal_velocity(row, nodes)
+    for i in range(min(num_contacts, moments.shape[0])):
+        vec3.store(moments[i].total, vec3.add(vec3.load(moments[i].total), vec3.load(moments[i].impulse)))
     for i in range(num_bodies):
         node = nodes[i]
         vec3.store(node.moved, vec3.add_scaled(vec3.load(node.moved), time_step, vec3.load(node.velocity)))
@@ -128,25 +163,25 @@ def gap_after(row, nodes, time_step):
     """Gap [m] of a contact with the bodies moved as far as they are, after ``time_step`` [s]."""
     node_a = nodes[row.a]
     node_b = nodes[row.b]
-    change = vec3.sub(vec3.load(node_b.moved), vec3.load(node_a.moved))
-    change = vec3.add(change, vec3.cross(vec3.load(node_b.turned), vec3.load(row.arm_b)))
-    change = vec3.sub(change, vec3.cross(vec3.load(node_a.turned), vec3.load(row.arm_a)))
-    return row.gap + vec3.dot(vec3.load(row.normal), change) + time_step * row.prescribed[0]
+    moved = vec3.dot(vec3.load(row.normal), vec3.sub(vec3.load(node_b.moved), vec3.load(node_a.moved)))
+    turned = vec3.dot(vec3.load(row.lever_b), vec3.load(node_b.turned))
+    turned -= vec3.dot(vec3.load(row.lever_a), vec3.load(node_a.turned))
+    return row.gap + (moved + turned) + time_step * row.prescribed[0]
 
 
 @kernel
-def remove_overlap(rows, nodes, num_contacts, time_step, most):
-    """Sweeps that move the bodies until a share of each overlap is gone; at most ``most`` [m] of it counts."""
+def remove_overlap(rows, nodes, num_contacts, time_step, most, share):
+    """Sweeps that move the bodies until this share of each overlap is gone; at most ``most`` [m] of it counts."""
     deepest = 0.0
     for i in range(num_contacts):
         row = rows[i]
         gap = gap_after(row, nodes, time_step)
         row.push = 0.0
-        row.floor = gap + SHARE * min(-gap, most) if gap < 0.0 else 0.0
+        row.floor = gap + share * min(-gap, most) if gap < 0.0 else 0.0
         deepest = max(deepest, -gap)
     if deepest == 0.0:
         return
-    for _ in range(POSITION_SWEEPS if deepest < most else MOST_POSITION_SWEEPS):
+    for _ in range(POSITION_SWEEPS if deepest < most and share < 1.0 else MOST_POSITION_SWEEPS):
         for i in range(num_contacts):
             row = rows[i]
             lack = row.floor - gap_after(row, nodes, time_step)
@@ -178,13 +213,11 @@ def shove(row, nodes, multiplier):
     """Move the bodies of a contact apart along its normal."""
     node_a = nodes[row.a]
     node_b = nodes[row.b]
-    push = vec3.scale(multiplier, vec3.load(row.normal))
-    turn = respond(node_a, vec3.cross(vec3.load(row.arm_a), push))
-    vec3.store(node_a.moved, vec3.add_scaled(vec3.load(node_a.moved), -node_a.inverse_mass, push))
-    vec3.store(node_a.turned, vec3.sub(vec3.load(node_a.turned), turn))
-    turn = respond(node_b, vec3.cross(vec3.load(row.arm_b), push))
-    vec3.store(node_b.moved, vec3.add_scaled(vec3.load(node_b.moved), node_b.inverse_mass, push))
-    vec3.store(node_b.turned, vec3.add(vec3.load(node_b.turned), turn))
+    normal = vec3.load(row.normal)
+    vec3.store(node_a.moved, vec3.add_scaled(vec3.load(node_a.moved), -node_a.inverse_mass * multiplier, normal))
+    vec3.store(node_a.turned, vec3.add_scaled(vec3.load(node_a.turned), -multiplier, vec3.load(row.answer_a)))
+    vec3.store(node_b.moved, vec3.add_scaled(vec3.load(node_b.moved), node_b.inverse_mass * multiplier, normal))
+    vec3.store(node_b.turned, vec3.add_scaled(vec3.load(node_b.turned), multiplier, vec3.load(row.answer_b)))
 
 
 @kernel

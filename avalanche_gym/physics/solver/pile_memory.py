@@ -8,27 +8,33 @@ PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are 
     [
         ("a", np.int64),  # node of body a
         ("b", np.int64),  # node of body b
+        # All that the position sweeps read stands together, up to ``local``.
+        ("normal", np.float64, 3),  # unit, from a to b, world frame
+        ("lever_a", np.float64, 3),  # [m] arm_a x normal
+        ("lever_b", np.float64, 3),
+        ("answer_a", np.float64, 3),  # [1/(kg m)] I_a^-1 lever_a
+        ("answer_b", np.float64, 3),
+        ("gap", np.float64),  # [m] at the start of the step; with the swing of turning bodies over the step
+        ("floor", np.float64),  # [m] least gap that the position sweeps ask for
+        ("push", np.float64),  # [kg m] multiplier of the position sweeps
+        ("local", np.float64, 6),  # W [1/kg]: nn, n1, n2, 11, 12, 22
         ("friction", np.float64),
         ("arm_a", np.float64, 3),  # [m] from the centre of mass of a to the contact, world frame
         ("arm_b", np.float64, 3),
-        ("normal", np.float64, 3),  # unit, from a to b, world frame
         ("t1", np.float64, 3),
         ("t2", np.float64, 3),
         ("prescribed", np.float64, 3),  # [m/s] relative velocity of what is not dynamic, and of moving surfaces
-        ("local", np.float64, 6),  # W [1/kg]: nn, n1, n2, 11, 12, 22
         ("inverse", np.float64, 6),  # of W [kg], in the same order
         (
             "slide",
             np.float64,
         ),  # [kg] of a step along the surface that cannot overshoot: 1 / the larger eigenvalue of W's tangent part
         ("impulse", np.float64, 3),  # [N s] of the present substep
+        ("earlier", np.float64, 3),  # [N s] of the substep before
         ("total", np.float64, 3),  # [N s] of the step
         ("lasting", np.int64),  # 1: it touches all the while
         ("bias", np.float64),  # [m/s] the sweeps ask for: normal velocity + bias >= 0
-        ("gap", np.float64),  # [m] at the start of the step; with the swing of turning bodies over the step
         ("open", np.float64),  # [m] what is left of a gap at this substep
-        ("floor", np.float64),  # [m] least gap that the position sweeps ask for
-        ("push", np.float64),  # [kg m] multiplier of the position sweeps
     ],
     align=True,
 )

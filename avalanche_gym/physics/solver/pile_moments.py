@@ -59,14 +59,13 @@ def allowed(moment, load, turn):
 
 @kernel
 def relax_moment(row, moment, nodes):
-    """One step of a contact's moment, all else held; it adds to the sum of the step."""
+    """One step of a contact's moment, all else held."""
     old = vec3.load(moment.impulse)
     load = row.impulse[0]
     if moment.stiffness == 0.0 or (load == 0.0 and old[0] == 0.0 and old[1] == 0.0 and old[2] == 0.0):
         return
     new = allowed(moment, load, vec3.add_scaled(old, -moment.stiffness, relative_spin(row, moment, nodes)))
     vec3.store(moment.impulse, new)
-    vec3.store(moment.total, vec3.add(vec3.load(moment.total), new))
     turn_bodies(row, nodes, vec3.sub(new, old))
 
 

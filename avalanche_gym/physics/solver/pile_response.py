@@ -21,7 +21,10 @@ def respond(node, moment):
 
 @kernel
 def prepare_response(row, nodes):
-    """W of a contact, its inverse, and the length of its sliding steps; return trace(W) / 3."""
+    """W of a contact, its inverse, the length of its sliding steps, and how its bodies answer to its normal.
+
+    Returns trace(W) / 3.
+    """
     node_a = nodes[row.a]
     node_b = nodes[row.b]
     normal = vec3.load(row.normal)
@@ -33,6 +36,10 @@ def prepare_response(row, nodes):
     b_n, b_1, b_2 = vec3.cross(arm_b, normal), vec3.cross(arm_b, t1), vec3.cross(arm_b, t2)
     ia_n, ia_1, ia_2 = respond(node_a, a_n), respond(node_a, a_1), respond(node_a, a_2)
     ib_n, ib_1, ib_2 = respond(node_b, b_n), respond(node_b, b_1), respond(node_b, b_2)
+    vec3.store(row.lever_a, a_n)
+    vec3.store(row.lever_b, b_n)
+    vec3.store(row.answer_a, ia_n)
+    vec3.store(row.answer_b, ib_n)
     direct = node_a.inverse_mass + node_b.inverse_mass
     nn = direct + vec3.dot(a_n, ia_n) + vec3.dot(b_n, ib_n)
     n1 = vec3.dot(a_1, ia_n) + vec3.dot(b_1, ib_n)
