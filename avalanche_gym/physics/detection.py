@@ -11,7 +11,7 @@ from .broad_phase.bounds import swept_box
 from .broad_phase.candidates import meeting_pairs, update_candidates
 from .contacts.coherence import are_steady, chain_contacts, is_unmoved, recall_contacts
 from .contacts.materials import mix_materials
-from .contacts.prediction import DRIFT, SLACK, turn_between
+from .contacts.prediction import DRIFT, turn_between
 from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import copy_state, fly
 from .jit import call_stage, kernel, stage
@@ -31,15 +31,21 @@ from .memory import (
     workspace_at,
     world_entry,
 )
-from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLIDING, WHOLE
-from .narrow_phase.answers import ANY_PAIR, UNKNOWN, forget_answers, keeps_answers, note_answers, recall_answers
+from .model import BODY_STATE, CONTACT, DYNAMIC, PAIR_RULE, PLACE_BITS, REMOVED, SLACK, SLIDING, WHOLE
+from .narrow_phase.answers import (
+    ANY_PAIR,
+    AT_START,
+    FORESIGHT,
+    UNKNOWN,
+    forget_answers,
+    keeps_answers,
+    note_answers,
+    recall_answers,
+)
 from .narrow_phase.collide import collide_bodies, collide_pair
 from .narrow_phase.moving_heights import begin_moving, place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, move_by, query_at
 
-# Where impacts are located contacts are asked for so much farther than flight can lead: what contacts turn faster than
-# it flies would have to be asked about again. Larger: more contacts that cannot matter.
-FORESIGHT = 1.1
 # Motion within a step below this fraction of the smaller body turns no contact by more than that.
 STILL = 1e-7
 
@@ -208,7 +214,9 @@ def find_contacts(address, workspace_address, world, num_pairs):
             else:
                 count = collide_bodies(header, workspace.query, bodies, states, a, b, count)
                 if keeps:
-                    note_answers(workspace, states, a, b, query.margin, query.motion, contacts, start, count)
+                    note_answers(
+                        workspace, states, a, b, np.int64(AT_START), query.margin, query.motion, contacts, start, count
+                    )
             for index in range(start, min(count, contacts.shape[0])):
                 contacts[index].steady = 0
         rule = rules[bodies[a].material * header.num_materials + bodies[b].material]

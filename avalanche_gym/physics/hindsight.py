@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from .contacts.matching import chain_of
-from .contacts.prediction import SLACK, turn_between, turned_gap_change
+from .contacts.prediction import turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import quat, vec3
 from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
@@ -36,6 +36,7 @@ from .model import (
     MESH,
     OK,
     PAIRS_FULL,
+    SLACK,
     SPHERE,
 )
 from .narrow_phase.collide import collide_bodies

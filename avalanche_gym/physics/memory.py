@@ -177,6 +177,7 @@ WORKSPACE = np.dtype(
         ("elapsed", np.float64),  # [s] of the step before it
         ("calm", np.float64),  # [s] the span, or the shorter one in which contacts that rest turn little enough to last
         ("part", np.int64),  # WHOLE, TO_IMPACT or LAST: what step_islands does about impacts that have to be located
+        ("foreseen", np.int64),  # 1: ``ends`` says where this part leads, as a longer one that was solved has it
         ("waiting", np.int64),  # islands that wait for their impacts to be located
         ("num_members", np.int64),
         ("num_movers", np.int64),

@@ -44,6 +44,10 @@ WHOLE, TO_IMPACT, LAST = 0, 1, 2
 # [rad] Beyond this angle in a step a turn is not small: bodies show other faces by its end. Smaller: more contacts are
 # looked at on their way.
 FAR_TURN = 0.25
+# A contact whose gap ends larger than this fraction of the smaller body is left out of the problem. It can still come
+# into play when a neighbour is pushed by more than that in one step; smaller values then allow overlap for one step,
+# larger ones list more of a rough terrain than can matter: five times as much costs twice the time there.
+SLACK = 0.01
 # What the search for the time of impact finds: nothing closes, something does, it cannot tell.
 PASSES, MEETS, UNDECIDED = 0, 1, 2
 # What an impact came to.

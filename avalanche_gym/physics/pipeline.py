@@ -69,6 +69,7 @@ def _step_driven(address, workspace_address, world):
     workspace.span = header.time_step
     workspace.elapsed = 0.0
     workspace.part = WHOLE
+    workspace.foreseen = 0
     workspace.waiting = 0
     if header.sleeping == 1 and nothing_moves(header, world):
         return OK, -1

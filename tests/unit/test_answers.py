@@ -7,8 +7,10 @@ from avalanche_gym.physics.memory import WORKSPACE
 from avalanche_gym.physics.model import ANSWER, BODY_STATE, CONTACT, QUESTION
 from avalanche_gym.physics.narrow_phase.answers import (
     ANY_PAIR,
+    AT_START,
     MOST_ANSWERS,
     MOST_QUESTIONS,
+    ON_WAY,
     UNKNOWN,
     forget_answers,
     note_answers,
@@ -40,7 +42,7 @@ def memory():
     contacts["radius_b"] = 0.3
     states = states_of_two()
     forget_answers(record[0])
-    note_answers(record[0], states, A, B, MARGIN, MOTION, contacts, np.int64(0), np.int64(2))
+    note_answers(record[0], states, A, B, AT_START, MARGIN, MOTION, contacts, np.int64(0), np.int64(2))
     return record[0], states, contacts, tables
 
 
@@ -93,6 +95,21 @@ def test_a_full_list_is_told_how_many_there_were(memory):
 def test_when_the_table_is_full_all_is_forgotten(memory):
     workspace, states, noted, _ = memory
     for _ in range(MOST_ANSWERS // 2):
-        note_answers(workspace, states, A, B, MARGIN, MOTION, noted, np.int64(0), np.int64(2))
+        note_answers(workspace, states, A, B, AT_START, MARGIN, MOTION, noted, np.int64(0), np.int64(2))
     assert workspace["num_answers"] == 2
     assert recall(workspace, states)[0] == 2
+
+
+def test_what_a_search_was_told_serves_the_part_that_begins_there(memory):
+    """Beside what was said at the start, which the part up to there asks once more, and then for the next search."""
+    workspace, start, noted, _ = memory
+    there = states_of_two()
+    there["center"][:, 0] = 0.5
+    note_answers(workspace, there, A, B, ON_WAY, MARGIN, MOTION, noted, np.int64(0), np.int64(1))
+    assert recall(workspace, start)[0] == 2
+    assert recall(workspace, there)[0] == 1
+    farther = states_of_two()
+    farther["center"][:, 0] = 0.7
+    note_answers(workspace, farther, A, B, ON_WAY, MARGIN, MOTION, noted, np.int64(0), np.int64(2))
+    assert recall(workspace, there)[0] == 1
+    assert recall(workspace, farther)[0] == 2

@@ -115,6 +115,20 @@ def any_lasts(contacts, order, first, last):
 
 
 @kernel
+def leave_open(contacts, order, first, last):
+    """Set ``located`` of the contacts of one island that do not last; return the largest.
+
+    So on a way that has been found to be free: what is open there is open.
+    """
+    largest = 0
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        contact.located = 0 if contact.persistent == 1 else LIVELY
+        largest = max(largest, contact.located)
+    return largest
+
+
+@kernel
 def _crosses(contact):
     """Whether free flight would bring the bodies of a contact closer than both are thick."""
     return contact.start_gap - contact.free_gap > THICKNESS * contact.size

@@ -18,12 +18,8 @@ import math
 
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..model import FAR_TURN
+from ..model import FAR_TURN, SLACK
 
-# A contact whose gap ends larger than this fraction of the smaller body is left out of the problem. It can still come
-# into play when a neighbour is pushed by more than that in one step; smaller values then allow overlap for one step,
-# larger ones list more of a rough terrain than can matter: five times as much costs twice the time there.
-SLACK = 0.01
 # Gap or overlap of less than this fraction of the smaller body is round-off: it counts as touching, and stays.
 OVERLAP = 1e-9
 # A rebound that rises by less than this fraction of the smaller body is none. Larger: what should bounce on rests too

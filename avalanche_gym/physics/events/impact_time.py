@@ -42,16 +42,18 @@ from ..model import (
     MESH,
     ON_A,
     PASSES,
+    SLACK,
     UNDECIDED,
 )
-from ..narrow_phase.answers import UNKNOWN, recall_answers
+from ..narrow_phase.answers import FORESIGHT, ON_WAY, UNKNOWN, keeps_answers, note_answers, recall_answers
 from ..narrow_phase.collide import collide_pair
 from ..narrow_phase.height_field_grid import spacing_of
 from ..narrow_phase.moving_heights import place_ground
-from ..narrow_phase.pair_query import aim, move_by, query_at
+from ..narrow_phase.pair_query import aim, query_at
 from .approach import follow
 from .binding import binds_elsewhere, binds_on_way
 from .closing import no_sooner, point_velocity, swing_of, turning_acceleration
+from .outlook import look_ahead, turning_between
 
 # Bodies have met when their gap is below this fraction of the smaller one; what is below TOUCHING and neither comes
 # nor goes rests.
@@ -126,6 +128,11 @@ def _search(address, workspace_address, world, contacts, first, count):
     spacing = min(spacing_of(header, colliders_of(header)[i]), spacing_of(header, colliders_of(header)[j]))
     center = vec3.load(starts[a].center)
     near = MET * size + 4.0 * SPACING * (abs(center[0]) + abs(center[1]) + abs(center[2]))
+    # What is said at the instant that is found serves the impact, and the part after it (detection.find_contacts).
+    keeps = header.moving_heights == 0 and header.cross_seams == 0
+    keeps = keeps and keeps_answers(colliders_of(header), bodies[a], bodies[b])
+    farther = FORESIGHT if keeps else 1.0
+    slack = SLACK * size if keeps else 0.0
     instant = 0.0
     clear = 0.0
     blocked = math.inf
@@ -143,36 +150,27 @@ def _search(address, workspace_address, world, contacts, first, count):
         left = workspace.impact_time - instant
         spin_a = vec3.norm(vec3.load(states[a].angular_velocity))
         spin_b = vec3.norm(vec3.load(states[b].angular_velocity))
-        apart = vec3.norm(vec3.sub(vec3.load(states[b].center), vec3.load(states[a].center)))
-        turning = spin_a * min(bodies[a].radius, apart + bodies[b].radius)
-        turning += spin_b * min(bodies[b].radius, apart + bodies[a].radius)
         relative = vec3.sub(vec3.load(states[b].velocity), vec3.load(states[a].velocity))
+        turning = turning_between(bodies[a], states[a], bodies[b], states[b], states[a], states[b])
         gain = gain_on_way(bodies[b], starts[b], ends[b], bound[b], span)
         gain = vec3.sub(gain, gain_on_way(bodies[a], starts[a], ends[a], bound[a], span))
         acceleration = vec3.scale(1.0 / span, gain)
         speed = vec3.norm(relative) + turning + vec3.norm(gain) + workspace.fastest_rate
-        query.margin = max(speed * left + TOUCHING * size, spanning)
-        omega_a = vec3.scale(left, vec3.load(states[a].angular_velocity))
-        omega_b = vec3.scale(left, vec3.load(states[b].angular_velocity))
-        place_b = vec3.load(states[b].center)
-        arm = vec3.sub(place_b, vec3.load(states[a].center))
-        shift = vec3.sub(vec3.scale(left, relative), vec3.cross(omega_a, arm))
-        # What the turns are beyond first order, as in detection.py, and what the fields add.
-        loose = query.margin - left * (vec3.norm(relative) + turning)
-        loose += 0.5 * left * turning * max(spin_a, spin_b) * left
-        move_by(query, place_b, shift, vec3.sub(omega_b, omega_a), loose, query.margin, spin_a * left, spin_b * left)
+        motion = max(farther * speed * left + TOUCHING * size, spanning)
+        look_ahead(query, states[a], states[b], left, turning, motion)
+        query.margin = motion + slack
         place_ground(header, workspace, query, world, workspace.elapsed + instant)
         number = np.int64(UNKNOWN)
         if instant == 0.0:
             # The part that has been stepped began here, and was asked about. Where velocities go straight from one end
             # of the way to the other, no way is longer than the mean of both speeds makes it.
-            at_end = vec3.norm(vec3.add(relative, gain))
-            spun = vec3.norm(vec3.load(ends[a].angular_velocity)) * min(bodies[a].radius, apart + bodies[b].radius)
-            spun += vec3.norm(vec3.load(ends[b].angular_velocity)) * min(bodies[b].radius, apart + bodies[a].radius)
-            way = 0.5 * span * (vec3.norm(relative) + at_end + turning + spun)
+            at_end = turning_between(bodies[a], states[a], bodies[b], states[b], ends[a], ends[b])
+            at_end += vec3.norm(vec3.add(relative, gain))
+            way = 0.5 * span * (vec3.norm(relative) + turning + at_end)
             number = recall_answers(workspace, starts, a, b, pair, way + TOUCHING * size, way, asked, np.int64(0))
         if number < 0:
             number = collide_pair(header, workspace.query, states, a, i, b, j, np.int64(0))
+        known = number
         number = min(number, asked.shape[0])
         if header.cross_seams != 0:
             number = call_stage(header.cross_seams, address, workspace_address, world, pair, number, workspace.working)
@@ -255,14 +253,15 @@ def _search(address, workspace_address, world, contacts, first, count):
                 followed = second <= bold and first_order <= second and found.curved == 0 and surface == 0.0
                 nearest = index if followed else -1
         if deepest < math.inf:
-            if deepest >= -near or instant == 0.0:
-                workspace.impact_time = instant
-                return MEETS
             # What overlaps by more than it can have moved since springs up so, as a facet does under a corner that
             # comes over it. An instant before, the impact would not know of it, and be found again and again.
             springs = speed * (instant - clear) <= min(-0.5 * deepest, TOUCHING * size)
-            if springs or instant - clear <= 4.0 * SPACING * span:
+            if deepest >= -near or instant == 0.0 or springs or instant - clear <= 4.0 * SPACING * span:
                 workspace.impact_time = instant
+                if keeps and instant > 0.0:
+                    note_answers(
+                        workspace, states, a, b, np.int64(ON_WAY), query.margin, motion, asked, np.int64(0), known
+                    )
                 return MEETS
             blocked = instant
             overlapping += 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..contacts.prediction import bears_load
 from ..contacts.turning import turn_contact
 from ..jit import kernel
 from ..maths import vec3
@@ -66,11 +67,46 @@ def remember(workspace, contacts, num_contacts, acted):
 
 
 @kernel
+def hand_back(workspace, num_contacts):
+    """Let the same part, made shorter, begin with what its contacts have borne in the longer one; return False, and do
+    nothing, if that was struck: what its impulses would be in a shorter part they do not tell.
+
+    What bore nothing there keeps what it came with: by that it is known to last.
+    """
+    contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
+    recent = table(workspace.recent, workspace.recent_size, CONTACT)
+    for index in range(num_contacts):
+        contact = contacts[index]
+        if contact.located == 0 and contact.persistent == 0 and bears_load(contact):
+            return False
+    for index in range(num_contacts):
+        contact = contacts[index]
+        if contact.located == 0 and bears_load(contact):
+            number = _named(recent, workspace.num_recent, contact.pair, contact.feature)
+            if number >= 0:
+                old = recent[number]
+                vec3.store(old.impulse, vec3.load(contact.impulse))
+                vec3.store(old.moment, vec3.load(contact.moment))
+                vec3.store(old.normal, vec3.load(contact.normal))
+                old.span = contact.span
+    return True
+
+
+@kernel
 def forget_impulses(contacts, num_contacts):
     """Of a part that is not stepped only the blows count, not what its impulses would begin with."""
     for index in range(num_contacts):
         vec3.store(contacts[index].impulse, vec3.ZERO)
         vec3.store(contacts[index].moment, vec3.ZERO)
+
+
+@kernel
+def _named(contacts, num_contacts, pair, feature):
+    """The contact of a pair with this feature, else -1."""
+    for index in range(num_contacts):
+        if contacts[index].feature == feature and contacts[index].pair == pair:
+            return index
+    return -1
 
 
 @kernel

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..integrator.flight import copy_state, fly
+from ..integrator.way import place_at
 from ..jit import kernel
 from ..maths import vec3
 from ..memory import bodies_of, contacts_of, fields_of, rest_of, states_of, table, world_entry
@@ -208,6 +209,21 @@ def fly_group(header, workspace, world, count):
     for number in range(workspace.num_movers):
         body = movers[number]
         fly(begins[body], bodies[body], fields, workspace.span, flown[body])
+
+
+@kernel
+def place_on_way(header, workspace, world, count, instant):
+    """Where the group is at an instant [s] of the part that leads to ``ends``: into ``predicted``."""
+    bodies = bodies_of(header, world)
+    fields = fields_of(header)
+    begins = states_in(header, workspace.begins)
+    ends = states_in(header, workspace.ends)
+    predicted = states_in(header, workspace.predicted)
+    members = numbers_in(header, workspace.members)
+    bound = numbers_in(header, workspace.bound)
+    for number in range(count):
+        body = members[number]
+        place_at(bodies[body], fields, begins[body], ends[body], bound[body], instant, workspace.span, predicted[body])
 
 
 @kernel

@@ -7,12 +7,11 @@ import numpy as np
 from ..broad_phase.all_pairs import overlap
 from ..broad_phase.bounds import swept_box
 from ..broad_phase.grid import list_within
-from ..contacts.prediction import SLACK
 from ..integrator.flight import copy_state
 from ..jit import kernel
 from ..maths import vec3
 from ..memory import bodies_of, colliders_of, grid_of, grid_tables_of, states_of, table
-from ..model import DYNAMIC, LIVELY, REMOVED
+from ..model import DYNAMIC, LIVELY, REMOVED, SLACK
 from .members import APART, numbers_in, states_in
 
 

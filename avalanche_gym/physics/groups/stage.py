@@ -40,7 +40,6 @@ from ..model import (
     MOST_FOLLOWED,
     NO_ROOM,
     OK,
-    PAIRS_FULL,
     PASSES,
     SOLVER_FULL,
     TO_IMPACT,
@@ -48,9 +47,7 @@ from ..model import (
     UNTOUCHED,
 )
 from .contacts import (
-    carry_blows,
     follow_gone,
-    follow_struck,
     forget_impulses,
     keep_finished,
     note_bound,
@@ -60,17 +57,15 @@ from .contacts import (
 )
 from .limits import A_PART, could_pass, most_spent, moves_mesh, spent_by
 from .members import (
-    fly_group,
     gather,
     label_groups,
     link_past,
-    meets,
     move_support,
     numbers_in,
     recall,
     states_in,
 )
-from .reach import find_group_pairs
+from .part import MET, contacts_full, find, go_on, go_to_impact, step_part
 
 # Labels of groups: the number of the island, plus DULL or LIVELY times the number of bodies while it waits, and DONE
 # times in the end.
@@ -79,9 +74,6 @@ DONE = 3
 MOST_SHORTER = 4
 # What is left of a step below this share of it is nothing.
 INSTANT = 1e-13
-
-# What a group says in place of a status: it met a body of another island.
-MET = -1
 
 
 @stage
@@ -138,19 +130,19 @@ def _step_group(address, workspace_address, world, label):
             span = min(left, sight, known_span(_fastest_turn(header, workspace, world, count)))
         if part == LAST and not crowd:
             span = min(left, quiet_span(_fastest_turn(header, workspace, world, count), header.time_step))
-        status, num_contacts = _step_part(address, workspace_address, world, label, count, part, span)
+        status, num_contacts = step_part(address, workspace_address, world, label, count, part, span)
         in_parts = not moves_mesh(header, bodies_of(header, world), contacts, num_contacts)
         for _ in range(MOST_SHORTER):
             if status == OK and in_parts and part == TO_IMPACT and workspace.calm < workspace.span:
-                status, num_contacts = _step_part(address, workspace_address, world, label, count, part, workspace.calm)
+                status, num_contacts = step_part(address, workspace_address, world, label, count, part, workspace.calm)
         if status != OK:
             return status
         ends_here = workspace.span == left
         if ends_here and (part == LAST or workspace.waiting == 0):
             break
         if part == LAST:
-            if not _go_on(header, workspace, world, count, num_contacts, span):
-                return _contacts_full(workspace)
+            if not go_on(header, workspace, world, count, num_contacts, span):
+                return contacts_full(workspace)
             continue
         bound = note_bound(header, workspace, num_contacts, count)
         outcome = call_stage(header.find_impact_time, address, workspace_address, world, num_contacts)
@@ -162,17 +154,17 @@ def _step_group(address, workspace_address, world, label):
             # over next is not much longer, for all that it may sweep by the end of the step is a lot to look at.
             sight = quiet_part(_fastest_turn(header, workspace, world, count))
             span = min(left, sight)
-            status, num_contacts = _step_part(address, workspace_address, world, label, count, LAST, span)
+            status, num_contacts = step_part(address, workspace_address, world, label, count, LAST, span)
             if status != OK:
                 return status
             if span == left:
                 break
-            if not _go_on(header, workspace, world, count, num_contacts, span):
-                return _contacts_full(workspace)
+            if not go_on(header, workspace, world, count, num_contacts, span):
+                return contacts_full(workspace)
             spent += A_PART
             continue
         if workspace.impact_time > 0.0:
-            status = _go_to_impact(address, workspace_address, world, label, count, bound)
+            status = go_to_impact(address, workspace_address, world, label, count, num_contacts, bound)
             if status != OK:
                 return status
         if outcome == PASSES:
@@ -182,7 +174,7 @@ def _step_group(address, workspace_address, world, label):
                 continue
         left = header.time_step - workspace.elapsed
         workspace.span = max(left, INSTANT * header.time_step)
-        status, num_contacts = _find(address, workspace_address, world, label, count)
+        status, num_contacts = find(address, workspace_address, world, label, count)
         if status != OK:
             return status
         if outcome == MEETS:
@@ -190,7 +182,7 @@ def _step_group(address, workspace_address, world, label):
             if blow == NO_ROOM:
                 return SOLVER_FULL
             if not part_with(workspace, num_contacts):
-                return _contacts_full(workspace)
+                return contacts_full(workspace)
             remember(workspace, contacts, num_contacts, False)
             events += 1
             spent += spent_by(blow, count)
@@ -215,12 +207,6 @@ def _step_group(address, workspace_address, world, label):
 
 
 @kernel
-def _contacts_full(workspace):
-    workspace.detail = workspace.contacts_size + 1
-    return CONTACTS_FULL
-
-
-@kernel
 def _begin(header, workspace, world, label):
     """Put the clock of a group to the start of the step; return how many bodies it has."""
     states = states_of(header, world)
@@ -236,65 +222,11 @@ def _begin(header, workspace, world, label):
             reached[6 * body + 3 + axis] = -math.inf
     recall(header, workspace, world, label, count)
     workspace.num_gone = 0
+    workspace.foreseen = 0
     workspace.starts = workspace.begins
     workspace.elapsed = 0.0
     move_support(header, workspace, world)
     return count
-
-
-@kernel
-def _step_part(address, workspace_address, world, label, count, part, span):
-    """Step the group over ``span``; return (status or MET, number of contacts)."""
-    header = header_at(address)
-    workspace = workspace_at(workspace_address)
-    workspace.part = part
-    workspace.span = span
-    status, num_contacts = _find(address, workspace_address, world, label, count)
-    if status == OK and call_stage(header.step_islands, address, workspace_address, world) == 0:
-        status = SOLVER_FULL
-    return status, num_contacts
-
-
-@kernel
-def _go_to_impact(address, workspace_address, world, label, count, bound):
-    """Move the group, and its clock, to the instant that was found; return a status or MET."""
-    header = header_at(address)
-    workspace = workspace_at(workspace_address)
-    instant = workspace.impact_time
-    if bound:
-        # Solved once more, from its own impulses, up to there: what has been solved from none is of lower order.
-        status, num_contacts = _step_part(address, workspace_address, world, label, count, TO_IMPACT, instant)
-        if status != OK:
-            return status
-        return OK if _go_on(header, workspace, world, count, num_contacts, instant) else _contacts_full(workspace)
-    workspace.span = instant
-    fly_group(header, workspace, world, count)
-    follow_struck(header, workspace, world)
-    _move(header, workspace, world, count, instant)
-    return OK
-
-
-@kernel
-def _go_on(header, workspace, world, count, num_contacts, span):
-    """Move the group, and its clock, to the end of a part that has been stepped; return whether there was room."""
-    if not part_with(workspace, num_contacts):
-        return False
-    remember(workspace, table(workspace.contacts, workspace.contacts_size, CONTACT), num_contacts, True)
-    _move(header, workspace, world, count, span)
-    return True
-
-
-@kernel
-def _move(header, workspace, world, count, span):
-    """The group begins where it has ended ``span`` [s] later."""
-    begins = states_in(header, workspace.begins)
-    ends = states_in(header, workspace.ends)
-    members = numbers_in(header, workspace.members)
-    follow_gone(header, workspace, world)
-    for number in range(count):
-        copy_state(ends[members[number]], begins[members[number]])
-    workspace.elapsed += span
-    move_support(header, workspace, world)
 
 
 @kernel
@@ -322,7 +254,7 @@ def _finish(header, workspace, world, label, count, num_contacts):
     gone = table(workspace.gone, workspace.gone_size, CONTACT)
     done = label + DONE * header.num_bodies
     if not part_with(workspace, num_contacts):
-        return _contacts_full(workspace)
+        return contacts_full(workspace)
     follow_gone(header, workspace, world)
     total = num_contacts + workspace.num_gone
     if workspace.num_kept + total > kept.shape[0]:
@@ -343,24 +275,3 @@ def _finish(header, workspace, world, label, count, num_contacts):
         for axis in range(6):
             boxes[6 * body + axis] = reached[6 * body + axis]
     return OK
-
-
-@kernel
-def _find(address, workspace_address, world, label, count):
-    """Fly the group over ``span``, find its contacts and sort them; return (status or MET, number of contacts)."""
-    header = header_at(address)
-    workspace = workspace_at(workspace_address)
-    fly_group(header, workspace, world, count)
-    num_pairs = find_group_pairs(header, workspace, world, label, count)
-    if 2 * num_pairs > workspace.pairs_size:
-        workspace.detail = num_pairs
-        return PAIRS_FULL, 0
-    num_contacts = call_stage(header.find_contacts, address, workspace_address, world, num_pairs)
-    if num_contacts > workspace.contacts_size:
-        workspace.detail = num_contacts
-        return CONTACTS_FULL, 0
-    carry_blows(workspace, num_contacts)
-    num_contacts = call_stage(header.sort_contacts, address, workspace_address, world, num_contacts)
-    if meets(header, workspace, world, label, num_contacts):
-        return MET, 0
-    return OK, num_contacts

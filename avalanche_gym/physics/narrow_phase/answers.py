@@ -18,7 +18,13 @@ from ..model import ANSWER, MESH, QUESTION
 
 # Places for questions, each with the pairs that may take it, and for answers; if these are full all is forgotten. They
 # never grow: what is asked again, and so the last bits of a world, must not depend on the worlds beside it.
-MOST_QUESTIONS, MOST_ANSWERS = 64, 512
+MOST_QUESTIONS, MOST_ANSWERS = 128, 512
+# Half of the questions are about places where parts of the step begin, half about the instant of an impact that a
+# search has found: what was asked at the start is asked once more, for the part up to there.
+AT_START, ON_WAY = 0, MOST_QUESTIONS // 2
+# Contacts are asked for so much farther than flight can lead: what contacts turn faster than it flies would have to be
+# asked about again. Larger: more contacts that cannot matter.
+FORESIGHT = 1.1
 # A way that is longer by round-off is no longer one.
 ALMOST = 1.0 - 1e-12
 # In place of a collider pair: all of two bodies.
@@ -43,9 +49,9 @@ def keeps_answers(colliders, body_a, body_b):
 
 
 @kernel
-def _question_about(workspace, a, b):
-    """The only place where that about two bodies may be: another pair may have taken it."""
-    return table(workspace.questions, MOST_QUESTIONS, QUESTION)[(7 * a + b) % MOST_QUESTIONS]
+def _question_about(workspace, a, b, half):
+    """The only place in one half where that about two bodies may be: another pair may have taken it."""
+    return table(workspace.questions, MOST_QUESTIONS, QUESTION)[half + (7 * a + b) % ON_WAY]
 
 
 @kernel
@@ -72,16 +78,16 @@ def _stands_there(places, start, state):
 
 
 @kernel
-def note_answers(workspace, states, a, b, margin, motion, contacts, first, last):
+def note_answers(workspace, states, a, b, half, margin, motion, contacts, first, last):
     """Keep contacts[first:last], all that bodies a and b at ``states`` have within ``margin`` [m] if they come closer
-    by no more than ``motion`` [m].
+    by no more than ``motion`` [m]; ``half``: AT_START or ON_WAY.
     """
     answers = table(workspace.answers, MOST_ANSWERS, ANSWER)
     if last > contacts.shape[0] or last - first > MOST_ANSWERS:
         return
     if workspace.num_answers + last - first > MOST_ANSWERS:
         forget_answers(workspace)
-    question = _question_about(workspace, a, b)
+    question = _question_about(workspace, a, b, half)
     question.body_a = a
     question.body_b = b
     question.step = workspace.step
@@ -107,18 +113,29 @@ def note_answers(workspace, states, a, b, margin, motion, contacts, first, last)
 
 
 @kernel
+def _answers(workspace, question, states, a, b, margin, motion):
+    """Whether a question was about these bodies at these places, and about as much."""
+    if question.step != workspace.step or question.body_a != a or question.body_b != b:
+        return False
+    if question.margin < ALMOST * margin or question.motion < ALMOST * motion:
+        return False
+    return _stands_there(question.places, 0, states[a]) and _stands_there(question.places, 7, states[b])
+
+
+@kernel
 def recall_answers(workspace, states, a, b, pair, margin, motion, contacts, count):
     """Append the contacts of bodies a < b, or of one ``pair`` of their colliders, if they are known.
 
     Returns the new count as ``manifold.emit`` does, or UNKNOWN.
     """
-    question = _question_about(workspace, a, b)
-    if question.step != workspace.step or question.body_a != a or question.body_b != b:
-        return np.int64(UNKNOWN)
-    if question.margin < ALMOST * margin or question.motion < ALMOST * motion:
-        return np.int64(UNKNOWN)
-    if not (_stands_there(question.places, 0, states[a]) and _stands_there(question.places, 7, states[b])):
-        return np.int64(UNKNOWN)
+    question = _question_about(workspace, a, b, AT_START)
+    if not _answers(workspace, question, states, a, b, margin, motion):
+        found = _question_about(workspace, a, b, ON_WAY)
+        if not _answers(workspace, found, states, a, b, margin, motion):
+            return np.int64(UNKNOWN)
+        # A part begins there, on whose way the next impact is looked for.
+        questions = table(workspace.questions, MOST_QUESTIONS, QUESTION)
+        questions[AT_START + (7 * a + b) % ON_WAY] = found
     answers = table(workspace.answers, MOST_ANSWERS, ANSWER)
     for index in range(question.first, question.first + question.count):
         answer = answers[index]

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..contacts.located import ALL, FLYING, NONE, ROUND, SWINGING, any_lasts, located_last, mark_located
+from ..contacts.located import NONE, SWINGING, any_lasts, leave_open, located_last, mark_located
 from ..contacts.prediction import measure_end, newly_loaded, sort_out
 from ..contacts.turning import quiet_span, turning_speed
 from ..jit import call_stage, kernel, stage
-from ..maths import vec3
-from ..memory import bodies_of, colliders_of, fields_of, header_at, report_of, rest_of, starts_of, table, workspace_at
+from ..memory import bodies_of, fields_of, header_at, report_of, rest_of, starts_of, table, workspace_at
 from ..model import (
     BODY_STATE,
     CONTACT,
     DULL,
-    DYNAMIC,
     LAST,
-    LEAST_BODIES,
     LIVELY,
-    MESH,
-    MESH_ROW,
-    MOST_ON_TERRAIN,
-    PLANE,
     TO_IMPACT,
     WHOLE,
 )
@@ -29,18 +22,23 @@ from ..solver.exact import NEEDS_MEMORY
 from .creep import add_creep, note_sticking
 from .energy import energy_excess, is_jammed, stop, take_back
 from .impact import acts_at_once, end_impact, end_rebound, forget_impulses, prepare_impact, prepare_rebound
-from .lasting import end_lasting, prepare_lasting
+from .landings import PAIR, worth_locating
+from .lasting import end_lasting, prepare_lasting, settle_where_foreseen
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
-from .places import MOST_PREDICTIONS, asks, came_true, closes, expect_steady, expect_supported, predict_places
+from .places import (
+    FORESEEN,
+    MOST_PREDICTIONS,
+    asks,
+    came_true,
+    closes,
+    expect_on_way,
+    expect_steady,
+    expect_supported,
+    predict_places,
+)
 from .solving import FULL, GAVE_UP, SOLVED, STRIKES, solve_velocities, solver_memory
 from .standing import keep_standing, note_standing, stands_still
 from .stillness import let_rest
-
-# Islands of so many bodies are stopped for all that they strike, and stepped in parts in which they turn little.
-PAIR = 2
-# A mesh that moves by more than this share of its facets within a step is struck somewhere all the time as it rolls on
-# ground, and is not stopped for each. Larger: more searches; smaller: a coarse solid lands only where its step ends.
-SOON = 0.1
 
 
 @stage
@@ -149,14 +147,17 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
     doubtful = False
     if workspace.part != LAST:
         landings = SWINGING
-        if header.events == 1:
-            landings = _worth_locating(
-                header, bodies, starts, contacts, order, first, last, members, first_body, last_body
+        if workspace.foreseen == 1:
+            located = leave_open(contacts, order, first, last)
+        else:
+            if header.events == 1:
+                landings = worth_locating(
+                    header, bodies, starts, contacts, order, first, last, members, first_body, last_body
+                )
+            bound = table(workspace.bound, header.num_bodies, np.int64)
+            located = mark_located(
+                bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
             )
-        bound = table(workspace.bound, header.num_bodies, np.int64)
-        located = mark_located(
-            bodies, starts, flown, time_step, header.time_step, contacts, order, first, last, landings, bound
-        )
         if swings and landings > NONE and workspace.part == WHOLE:
             located = max(located, DULL)
         lands = located == DULL
@@ -176,8 +177,12 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
                 return SOLVED
         if last == first:
             return SOLVED
-    expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
-    if last_body - first_body == 1:
+    if workspace.foreseen == 1:
+        bound = table(workspace.bound, header.num_bodies, np.int64)
+        expect_on_way(members, first_body, last_body, bound, predicted, ends)
+    else:
+        expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
+    if workspace.foreseen == 0 and last_body - first_body == 1:
         expect_supported(
             starts, time_step, header.time_step, contacts, order, first, last, bodies, members[first_body], ends
         )
@@ -211,7 +216,10 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         )  # fmt: skip
         predictions += 1
         foreseen = predictions == MOST_PREDICTIONS
-        foreseen = foreseen or came_true(predicted, ends, time_step, contacts, order, first, last)
+        if came_true(predicted, ends, time_step, contacts, order, first, last):
+            foreseen = True
+            if workspace.foreseen == 1 and predictions == 1:
+                settle_where_foreseen(bodies, FORESEEN, flown, sums, members, first_body, last_body, predicted, ends)
     if struck and hands_over:
         return STRIKES
     if not struck:
@@ -287,60 +295,6 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
     if workspace.part != TO_IMPACT or located == 0:
         report.penetration = max(report.penetration, worst)
     return SOLVED
-
-
-@kernel
-def _worth_locating(header, bodies, starts, contacts, order, first, last, members, first_body, last_body):
-    """Which impacts without rebound of an island are worth the cost of stopping it: NONE, ROUND, FLYING or ALL of them.
-
-    In a world of few bodies those of an island in flight, of what comes flying to one that rests, and all that a body
-    alone or a pair strikes; in a crowd those of an island in flight where the normal depends on the instant.
-    """
-    num_bodies = last_body - first_body
-    if num_bodies >= LEAST_BODIES:
-        return NONE
-    if not any_lasts(contacts, order, first, last):
-        return ALL if header.step_pile == 0 else ROUND
-    if header.step_pile != 0 or _rolls_on_facets(header, bodies, starts, contacts, order, first, last):
-        return NONE
-    if num_bodies > 1:
-        for index in range(first_body, last_body):
-            if colliders_of(header)[bodies[members[index]].first_collider].shape == MESH:
-                # Meshes that touch one another strike somewhere in every step.
-                return NONE
-    return ALL if num_bodies <= PAIR else FLYING
-
-
-@kernel
-def _rolls_on_facets(header, bodies, starts, contacts, order, first, last):
-    """Whether a contact that lasts is between a mesh and ground, and it is struck there somewhere in every step.
-
-    It has more contacts than are known, or comes to its next facets in few steps.
-    """
-    colliders = colliders_of(header)
-    known = 0
-    lasts = False
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        for body, number, other in (
-            (contact.body_a, contact.pair // colliders.shape[0], contact.pair % colliders.shape[0]),
-            (contact.body_b, contact.pair % colliders.shape[0], contact.pair // colliders.shape[0]),
-        ):
-            if bodies[body].motion != DYNAMIC or colliders[number].shape != MESH or colliders[other].shape <= PLANE:
-                continue
-            known += 1
-            if contact.persistent == 0:
-                continue
-            lasts = True
-            mesh = table(header.meshes, header.meshes_size, MESH_ROW)[colliders[number].data]
-            radius = bodies[body].radius
-            speed = vec3.norm(vec3.load(starts[body].velocity))
-            speed += radius * vec3.norm(vec3.load(starts[body].angular_velocity))
-            # The length of a facet is about 4 radius / sqrt(num_faces): a box of half diagonal r has area 8 r^2.
-            way = speed * header.time_step
-            if way * way * mesh.num_faces > (SOON * 4.0 * radius) ** 2:
-                return True
-    return lasts and known >= MOST_ON_TERRAIN
 
 
 @kernel

@@ -25,7 +25,7 @@ this is the plain contact problem; at rest the impulses of the last step solve i
 
 from __future__ import annotations
 
-from ..contacts.prediction import OVERLAP, velocity_at
+from ..contacts.prediction import OVERLAP, turn_between, velocity_at
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC, ON_A, ON_B, STATIC
@@ -148,3 +148,24 @@ def end_lasting(
         middle = quat.load(working[handle].orientation)
         place_end(body, starts[handle], flown[handle], middle, sums[handle], time_step, ends[handle])
         set_velocities(body, flown[handle], sums[handle], ends[handle])
+
+
+@kernel
+def settle_where_foreseen(bodies, almost, flown, sums, island_bodies, first_body, last_body, predicted, ends):
+    """Put the bodies of one island to the places that were predicted, with the velocities there, if all of them came
+    true to ``almost`` of their size.
+    """
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        body = bodies[handle]
+        missed = vec3.norm(vec3.sub(vec3.load(ends[handle].center), vec3.load(predicted[handle].center)))
+        turn = turn_between(predicted[handle], ends[handle])
+        missed += 2.0 * body.radius * vec3.norm((turn[1], turn[2], turn[3]))
+        if missed > almost * body.size:
+            return
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        end = ends[handle]
+        vec3.store(end.center, vec3.load(predicted[handle].center))
+        quat.store(end.orientation, quat.load(predicted[handle].orientation))
+        set_velocities(bodies[handle], flown[handle], sums[handle], end)

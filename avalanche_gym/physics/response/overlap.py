@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import DRIFT, SLACK
+from ..contacts.prediction import DRIFT
 from ..jit import kernel
 from ..maths import vec3
+from ..model import SLACK
 from ..solver.problem import prepare_nodes, prepare_rows
 from ..solver.projection import prepare_gaps
 from .bodies import shift

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import SLACK, TOUCH, bears_load, surface_shift
+from ..contacts.prediction import TOUCH, bears_load, surface_shift
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..model import DYNAMIC, LEAST_BODIES
+from ..model import DYNAMIC, LEAST_BODIES, SLACK
 from ..solver.pile import SHARE, forget_blows, go_on, law_error, pile_residual, remove_overlap, substep, warm_start
 from ..solver.pile_moments import allowed, prepare_moment
 from ..solver.pile_response import prepare_response, to_local, to_world

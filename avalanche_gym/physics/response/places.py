@@ -62,6 +62,22 @@ def expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
 
 
 @kernel
+def expect_on_way(island_bodies, first_body, last_body, bound, predicted, ends):
+    """The prediction of a part that has been solved as a longer one: bodies go where its way has been followed to,
+    into ``predicted``.
+    """
+    for index in range(first_body, last_body):
+        handle = island_bodies[index]
+        if bound[handle] == 1:
+            # What else a state has, its forces and its momentum, is not on the way.
+            place = predicted[handle]
+            vec3.store(ends[handle].center, vec3.load(place.center))
+            quat.store(ends[handle].orientation, quat.load(place.orientation))
+            vec3.store(ends[handle].velocity, vec3.load(place.velocity))
+            vec3.store(ends[handle].angular_velocity, vec3.load(place.angular_velocity))
+
+
+@kernel
 def expect_supported(starts, time_step, whole_step, contacts, order, first, last, bodies, handle, ends):
     """The first prediction of a body alone on its contacts: what it was pushed against holds, so it does not go on.
 
