@@ -34,7 +34,7 @@ LAST_STEP = 1e-7
 # Any other step below this part of a cell ends the search: it has run into a border or into round-off.
 SMALLEST_STEP = 1e-13
 MOST_STEPS = 60
-# D may grow by this many units of round-off in a step. A distance is known to as many of them, of the size of the field.
+# D may grow by this many units of round-off in a step. A distance is known to so many, of the size of the field.
 ROUND_OFF = 8.0 * 2.220446049250313e-16
 # Added to |H|, whose size is 1 on flat ground: where the bend just cancels the distance a step would have no end.
 # Larger: it takes long to leave a saddle.
