@@ -42,6 +42,7 @@ from .model import (
 from .narrow_phase.collide import collide_bodies
 from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
+from .narrow_phase.terrain_features import TILT
 from .response.bodies import shift
 from .response.pile import place_node, stand_still
 from .solver.pile import gap_after, part
@@ -59,6 +60,9 @@ PUSHED, TURNS = 0.01, 5e-3
 NEAR = 0.05
 # Overlap below this fraction of the smaller body stays: the next step parts what still touches.
 SHALLOW = 2e-4
+# [rad] Up to TILT contacts of a box or hull are listed that its turn will bring to bear; half of that is left to what
+# lies on facets already.
+LISTED_TILT = 0.5 * TILT
 # What is known of a body's contacts at the end of the step: none overlaps by more than SHALLOW, or all that is near.
 SHALLOW_ONES, ALL_NEAR = 1, 2
 
@@ -149,7 +153,8 @@ def _mark_sliders(header, workspace, world, count, marks):
     """Mark the bodies that touch and move where one of a pair is made of facets; return whether there are any.
 
     Of such pairs twelve contacts are known, each with the face that a vertex is over: what slides across a concave bend
-    meets the next face, and what tips over an edge brings another edge down on a vertex. A sphere shows no other part.
+    meets the next face, and what tips over an edge brings another edge down on a vertex. A sphere shows no other part,
+    and what turns little in the step none that was not listed.
     """
     bodies = bodies_of(header, world)
     states = states_of(header, world)
@@ -164,6 +169,7 @@ def _mark_sliders(header, workspace, world, count, marks):
         j = pair - i * colliders.shape[0]
         if not _is_faceted(colliders[i].shape) and not _is_faceted(colliders[j].shape):
             continue
+        meshed = colliders[i].shape == MESH or colliders[j].shape == MESH
         for side in range(2):
             handle = contact.body_a if side == 0 else contact.body_b
             shape = colliders[i].shape if side == 0 else colliders[j].shape
@@ -171,8 +177,9 @@ def _mark_sliders(header, workspace, world, count, marks):
                 continue
             way = vec3.norm(vec3.sub(vec3.load(ends[handle].center), vec3.load(states[handle].center)))
             turn = max(_turning(header, bodies[handle], states[handle]), _turning(header, bodies[handle], ends[handle]))
-            way += bodies[handle].radius * header.time_step * math.sqrt(turn)
-            if way > SHALLOW * contact.size:
+            angle = header.time_step * math.sqrt(turn)
+            way += bodies[handle].radius * angle
+            if (meshed or angle > LISTED_TILT) and way > SHALLOW * contact.size:
                 marks[handle] = 1
                 found = True
     return found
