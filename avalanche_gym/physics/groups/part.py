@@ -64,7 +64,9 @@ def go_to_impact(address, workspace_address, world, label, count, num_contacts, 
     place_on_way(header, workspace, world, count, instant)
     workspace.span = instant
     if bound:
-        smooth = hand_back(workspace, num_contacts)
+        # What a smooth part gains of energy is taken back only of a body alone (response/energy.py): others take the
+        # part as one of which nothing is known.
+        smooth = count == 1 and hand_back(workspace, num_contacts)
         status, num_contacts = find(address, workspace_address, world, label, count)
         if status != OK:
             return status
