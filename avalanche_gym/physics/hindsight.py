@@ -59,12 +59,19 @@ PUSHED, TURNS = 0.01, 5e-3
 # Contacts closer than this fraction of the smaller body keep others from being pushed into it.
 NEAR = 0.05
 # Overlap below this fraction of the smaller body stays: the next step parts what still touches.
-SHALLOW = 2e-4
+# In a crowd the pile tier leaves some each step, and all would be looked at and parted that it is about to part itself.
+SHALLOW, CROWD_SHALLOW = 2e-4, 2e-3
 # [rad] Up to TILT contacts of a box or hull are listed that its turn will bring to bear; half of that is left to what
 # lies on facets already.
 LISTED_TILT = 0.5 * TILT
 # What is known of a body's contacts at the end of the step: none overlaps by more than SHALLOW, or all that is near.
 SHALLOW_ONES, ALL_NEAR = 1, 2
+
+
+@kernel
+def _shallow(header):
+    """The share of the smaller body below which overlap stays in this world."""
+    return CROWD_SHALLOW if header.step_pile != 0 else SHALLOW
 
 
 @stage
@@ -179,7 +186,7 @@ def _mark_sliders(header, workspace, world, count, marks):
             turn = max(_turning(header, bodies[handle], states[handle]), _turning(header, bodies[handle], ends[handle]))
             angle = header.time_step * math.sqrt(turn)
             way += bodies[handle].radius * angle
-            if (meshed or angle > LISTED_TILT) and way > SHALLOW * contact.size:
+            if (meshed or angle > LISTED_TILT) and way > _shallow(header) * contact.size:
                 marks[handle] = 1
                 found = True
     return found
@@ -241,7 +248,7 @@ def _mark_overlapping(header, workspace, world, num_pairs, num_found, marks):
     for index in range(header.num_bodies):
         marks[index] = 0
     for index in range(num_found):
-        if found[index].gap < -SHALLOW * found[index].size:
+        if found[index].gap < -_shallow(header) * found[index].size:
             marks[found[index].body_a] = 1
             marks[found[index].body_b] = 1
     for index in range(header.num_bodies):
@@ -286,7 +293,7 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
         for index in range(start, min(count, found.shape[0])):
             contact = found[index]
             contact.size = size
-            enough = enough and contact.gap >= -SHALLOW * size
+            enough = enough and contact.gap >= -_shallow(header) * size
     return count, enough
 
 
@@ -343,7 +350,7 @@ def _sweep_apart(header, workspace, world, count, num_found, marks):
         # Overlap that motion made is undone at once.
         row.floor = min(start_gap + SLACK * contact.size, 0.0) if way <= SLACK * contact.size else 0.0
         row.push = 0.0
-        enough = min(enough, 0.1 * SHALLOW * contact.size)
+        enough = min(enough, 0.1 * _shallow(header) * contact.size)
         prepare_response(row, nodes)
     part(rows, nodes, num_found, enough)
     for index in range(num_found):
@@ -426,7 +433,7 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
             if looked == ALL_NEAR:
                 contact.gap = max(contact.gap, 0.0)
             elif looked == SHALLOW_ONES:
-                contact.gap = max(contact.gap, -SHALLOW * contact.size)
+                contact.gap = max(contact.gap, -_shallow(header) * contact.size)
         worst = max(worst, -contact.gap)
     for index in range(num_found):
         worst = max(worst, -found[index].gap)
