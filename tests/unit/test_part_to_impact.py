@@ -19,6 +19,7 @@ def parts():
     """A workspace, the contacts of the part before it, and those of the longer part: one that lasts, one left out."""
     recent, contacts = np.zeros(3, CONTACT), np.zeros(2, CONTACT)
     recent["pair"], recent["feature"] = 1, (7, 8, 9)
+    recent["normal"] = (0.0, 0.0, 1.0)
     recent["impulse"][:, 2] = 0.5
     recent["span"] = 1.0
     contacts["pair"], contacts["feature"] = 1, (8, 9)

@@ -74,10 +74,13 @@ def tumbled(shape, ground, seed):
 
 
 @pytest.mark.parametrize(
-    ("ground", "tolerance", "seeds"), [("plane", 1e-11, 3), ("box", 1e-5, 3), ("ramp", 1e-6, 3), ("rough", 1e-8, 8)]
+    ("ground", "tolerance", "seeds"), [("plane", 1e-10, 3), ("box", 1e-5, 3), ("ramp", 1e-6, 3), ("rough", 1e-8, 8)]
 )
 def test_a_box_tumbles_alike_as_a_mesh(ground, tolerance, seeds):
-    """On rough facets too: there its edges cross ridges, and both turn the normal."""
+    """On rough facets too: there its edges cross ridges, and both turn the normal.
+
+    To round-off on the plane, but for what sticks: whether it does is judged at 1e-9 of its size (OVERLAP), 1e-10 m.
+    """
     for seed in range(seeds):
         off = np.linalg.norm(tumbled(box_mesh(), ground, seed) - tumbled(physics.Box(BOX), ground, seed), axis=1)
         assert off.max() < tolerance

@@ -28,7 +28,7 @@ EXACT, SAME_POINT, PLACE = 0, 1, 2
 
 
 @kernel
-def _orientation(old, new):
+def orientation(old, new):
     """1 if both contacts lead from one body to the same other one, or to another piece of ground; -1 if the new one
 
     leads back; 0 if they have nothing in common.
@@ -43,14 +43,14 @@ def _orientation(old, new):
 
 
 @kernel
-def _likeness(old, new, stage):
+def likeness(old, new, stage):
     """Cosine between the normals if the old contact may be the new one, else -1."""
     if old.island < 0:
         return -1.0
     if stage < PLACE and old.pair != new.pair:
         return -1.0
-    orientation = _orientation(old, new)
-    if orientation == 0.0:
+    sign = orientation(old, new)
+    if sign == 0.0:
         return -1.0
     if stage == EXACT and old.feature != new.feature:
         return -1.0
@@ -60,7 +60,7 @@ def _likeness(old, new, stage):
         apart = vec3.norm(vec3.sub(vec3.load(old.position), vec3.load(new.position)))
         if apart > REACH * new.size:
             return -1.0
-    alike = orientation * vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
+    alike = sign * vec3.dot(vec3.load(old.normal), vec3.load(new.normal))
     return alike if stage == EXACT or alike >= ALIKE else -1.0
 
 
@@ -70,7 +70,7 @@ def _inherit(old, new, stage, span):
 
     That of a blow does not grow with the time after it.
     """
-    share = _orientation(old, new)
+    share = orientation(old, new)
     if old.span > 0.0 and old.span != span:
         share *= min(span / old.span, MOST_GROWTH)
     impulse = vec3.scale(share, vec3.load(old.impulse))
@@ -115,9 +115,9 @@ def _match_pair(old_contacts, oldest, following, contacts, first, last, span):
             chosen = np.int64(-1)
             candidate = oldest
             while candidate >= 0:
-                likeness = _likeness(old_contacts[candidate], new, stage)
-                if likeness > best:
-                    best = likeness
+                alike = likeness(old_contacts[candidate], new, stage)
+                if alike > best:
+                    best = alike
                     chosen = candidate
                     if stage == EXACT:
                         break

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..contacts.matching import PLACE, likeness, orientation
 from ..contacts.prediction import bears_load
 from ..contacts.turning import turn_contact
 from ..jit import kernel
@@ -71,7 +72,8 @@ def hand_back(workspace, num_contacts):
     """Let the same part, made shorter, begin with what its contacts have borne in the longer one; return False, and do
     nothing, if that was struck: what its impulses would be in a shorter part they do not tell.
 
-    What bore nothing there keeps what it came with: by that it is known to last.
+    What bore nothing there keeps what it came with: by that it is known to last. Which contact came with what is
+    told as it was when they were found (contacts/matching.py).
     """
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
     recent = table(workspace.recent, workspace.recent_size, CONTACT)
@@ -79,17 +81,42 @@ def hand_back(workspace, num_contacts):
         contact = contacts[index]
         if contact.located == 0 and contact.persistent == 0 and bears_load(contact):
             return False
-    for index in range(num_contacts):
-        contact = contacts[index]
-        if contact.located == 0 and bears_load(contact):
-            number = _named(recent, workspace.num_recent, contact.pair, contact.feature)
-            if number >= 0:
-                old = recent[number]
-                vec3.store(old.impulse, vec3.load(contact.impulse))
-                vec3.store(old.moment, vec3.load(contact.moment))
-                vec3.store(old.normal, vec3.load(contact.normal))
-                old.span = contact.span
+    for number in range(workspace.num_recent):
+        recent[number].island = 0 if bears_load(recent[number]) else -1
+    for stage in range(PLACE + 1):
+        for index in range(num_contacts):
+            contact = contacts[index]
+            # They are found anew after this: the island of one that has been handed back is not asked for any more.
+            if contact.persistent == 1 and contact.island >= 0:
+                chosen = _most_alike(recent, workspace.num_recent, contact, stage)
+                if chosen >= 0:
+                    recent[chosen].island = -1
+                    contact.island = -1
+                    if contact.located == 0 and bears_load(contact):
+                        _give_back(contact, recent[chosen])
     return True
+
+
+@kernel
+def _most_alike(recent, num_recent, contact, stage):
+    """The contact of the part before that this one may be, else -1."""
+    best = -1.0
+    chosen = -1
+    for number in range(num_recent):
+        alike = likeness(recent[number], contact, stage)
+        if alike > best:
+            best = alike
+            chosen = number
+    return chosen
+
+
+@kernel
+def _give_back(contact, old):
+    sign = orientation(old, contact)
+    vec3.store(old.impulse, vec3.scale(sign, vec3.load(contact.impulse)))
+    vec3.store(old.moment, vec3.scale(sign, vec3.load(contact.moment)))
+    vec3.store(old.normal, vec3.scale(sign, vec3.load(contact.normal)))
+    old.span = contact.span
 
 
 @kernel
@@ -98,15 +125,6 @@ def forget_impulses(contacts, num_contacts):
     for index in range(num_contacts):
         vec3.store(contacts[index].impulse, vec3.ZERO)
         vec3.store(contacts[index].moment, vec3.ZERO)
-
-
-@kernel
-def _named(contacts, num_contacts, pair, feature):
-    """The contact of a pair with this feature, else -1."""
-    for index in range(num_contacts):
-        if contacts[index].feature == feature and contacts[index].pair == pair:
-            return index
-    return -1
 
 
 @kernel
