@@ -2,11 +2,12 @@
 
 Where contacts close, jam and part, an exact solution costs five to a hundred times what sweeps do, and where they last,
 one factorisation. What closes does so at the end of the step for the exact tier and in a substep for this one; both are
-of order 1, and the bodies end as near to where small steps lead. So an island that is struck comes here at once. For
-others what it was tells what it will be: the exact tier is tried on an island that is hardly moving, or whose bodies
-touch in few rings (a stack or a chain costs it no more than its length), for as many factorisations as a warm start
-takes. If that does not solve it the pile tier steps the island, and the exact tier waits twice as long before it is
-tried again. A body alone has few contacts and no chain of bodies to be jammed in: it is solved exactly.
+of order 1, and what meets at half a metre a second ends as near to where small steps lead (what is much faster, less
+near). So an island that is struck comes here at once. For others what it was tells what it will be: the exact tier is
+tried on an island that is hardly moving, or whose bodies touch in few rings (a stack or a chain costs it no more than
+its length), for as many factorisations as a warm start takes. If that does not solve it the pile tier steps the island,
+and the exact tier waits twice as long before it is tried again. A body alone has few contacts and no chain of bodies to
+be jammed in: it is solved exactly.
 """
 
 from __future__ import annotations
