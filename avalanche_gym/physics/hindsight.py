@@ -1,14 +1,7 @@
 """Overlap that the straight view of a step missed is found where the bodies ended, and taken out there.
 
-A step is solved with the contacts that free flight can reach, each along the normal it starts with. Two things lead
-elsewhere: a body that is struck, or stopped while its neighbours fall on, is pushed into what was out of reach; and a
-body that turns by an angle a within the step shows another face, off by
-
-    1/2 a^2 sqrt(radius^2 - inner^2),
-
-for turning moves a surface point p along its normal n by |a x p . n| <= |a| |p x n|; |p| <= radius, p . n >= inner.
-And of meshes and facets not all contacts are known: vertices go with the faces that they are over, and slide on to
-others.
+A step is solved with the contacts that free flight can reach, each along the normal it starts with. Some bodies end
+elsewhere, or show another face there (strays.py).
 Around such bodies the narrow phase is asked again, with all bodies at the end of the step, and the places of the bodies
 are swept apart in the metric of their masses (solver/pile.py). No velocity is added: what still approaches is met by
 the contacts of the next step.
@@ -23,55 +16,35 @@ import numpy as np
 from .contacts.matching import chain_of
 from .contacts.prediction import turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
-from .maths import quat, vec3
-from .memory import bodies_of, colliders_of, header_at, report_of, rest_of, states_of, table, workspace_at
+from .maths import vec3
+from .memory import bodies_of, header_at, report_of, rest_of, states_of, table, workspace_at
 from .model import (
     BODY_STATE,
-    CAPSULE,
     CONTACT,
     CONTACTS_FULL,
-    CYLINDER,
     DYNAMIC,
-    HEIGHT_FIELD,
-    MESH,
     OK,
     PAIRS_FULL,
     SLACK,
-    SPHERE,
 )
 from .narrow_phase.collide import collide_bodies
 from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
-from .narrow_phase.terrain_features import TILT
 from .response.bodies import shift
 from .response.pile import place_node, stand_still
 from .solver.pile import gap_after, part
 from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.pile_response import prepare_response
+from .strays import mark_sliders, mark_strays, shallow
 
 # Contacts are found, and bodies swept apart, so many times at most: turned bodies show new faces again.
 ROUNDS = 6
 # Neighbours of bodies that overlap, so many bodies away, are looked at as well: they give way.
 HOPS = 2
-# A body that ends farther from its flight than this fraction of its size is looked at, and one that turns by so much
-# that its surface may be off by more than the other. Larger: overlap of that size is not seen.
-PUSHED, TURNS = 0.01, 5e-3
 # Contacts closer than this fraction of the smaller body keep others from being pushed into it.
 NEAR = 0.05
-# Overlap below this fraction of the smaller body stays: the next step parts what still touches.
-# In a crowd the pile tier leaves some each step, and all would be looked at and parted that it is about to part itself.
-SHALLOW, CROWD_SHALLOW = 2e-4, 2e-3
-# [rad] Up to TILT contacts of a box or hull are listed that its turn will bring to bear; half of that is left to what
-# lies on facets already.
-LISTED_TILT = 0.5 * TILT
 # What is known of a body's contacts at the end of the step: none overlaps by more than SHALLOW, or all that is near.
 SHALLOW_ONES, ALL_NEAR = 1, 2
-
-
-@kernel
-def _shallow(header):
-    """The share of the smaller body below which overlap stays in this world."""
-    return CROWD_SHALLOW if header.step_pile != 0 else SHALLOW
 
 
 @stage
@@ -83,8 +56,8 @@ def part_overlaps(address, workspace_address, world, count):
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     marks = table(workspace.members, header.num_bodies, np.int64)
-    strays = _mark_strays(header, workspace, world, marks)
-    if not _mark_sliders(header, workspace, world, count, marks) and not strays:
+    strays = mark_strays(header, workspace, world, marks)
+    if not mark_sliders(header, workspace, world, count, marks) and not strays:
         return OK
     looked_at = table(workspace.waits, header.num_bodies, np.int64)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
@@ -116,95 +89,6 @@ def part_overlaps(address, workspace_address, world, count):
         if not far:
             break
     return OK
-
-
-@kernel
-def _mark_strays(header, workspace, world, marks):
-    """Mark the bodies that were pushed off their flight or turn far within the step; return whether there are any."""
-    bodies = bodies_of(header, world)
-    states = states_of(header, world)
-    rest = rest_of(header, world)
-    flown = table(workspace.flown, header.num_bodies, BODY_STATE)
-    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
-    found = False
-    for index in range(header.num_bodies):
-        body = bodies[index]
-        marks[index] = 0
-        if body.motion != DYNAMIC or rest[index].asleep != 0:
-            continue
-        start = states[index]
-        end = ends[index]
-        # What rests is kept from falling, and what falls does not go straight on: neither is pushed by anything new.
-        pushed = vec3.sub(vec3.load(end.center), vec3.load(flown[index].center))
-        straight = vec3.add_scaled(vec3.load(start.center), header.time_step, vec3.load(start.velocity))
-        bent = vec3.sub(vec3.load(end.center), straight)
-        strays = min(vec3.norm_squared(pushed), vec3.norm_squared(bent)) > (PUSHED * body.size) ** 2
-        if not strays:
-            spin = max(_turning(header, body, start), _turning(header, body, end))
-            angle_squared = spin * header.time_step * header.time_step
-            lever_squared = body.radius * body.radius - body.inner * body.inner
-            strays = angle_squared * angle_squared * lever_squared > (2.0 * TURNS * body.size) ** 2
-        if strays:
-            marks[index] = 1
-            found = True
-    return found
-
-
-@kernel
-def _is_faceted(shape):
-    return shape == MESH or shape == HEIGHT_FIELD
-
-
-@kernel
-def _mark_sliders(header, workspace, world, count, marks):
-    """Mark the bodies that touch and move where one of a pair is made of facets; return whether there are any.
-
-    Of such pairs twelve contacts are known, each with the face that a vertex is over: what slides across a concave bend
-    meets the next face, and what tips over an edge brings another edge down on a vertex. A sphere shows no other part,
-    and what turns little in the step none that was not listed.
-    """
-    bodies = bodies_of(header, world)
-    states = states_of(header, world)
-    colliders = colliders_of(header)
-    ends = table(workspace.ends, header.num_bodies, BODY_STATE)
-    contacts = table(workspace.kept if workspace.waiting > 0 else workspace.contacts, workspace.contacts_size, CONTACT)
-    found = False
-    for index in range(count):
-        contact = contacts[index]
-        pair = contact.pair
-        i = pair // colliders.shape[0]
-        j = pair - i * colliders.shape[0]
-        if not _is_faceted(colliders[i].shape) and not _is_faceted(colliders[j].shape):
-            continue
-        meshed = colliders[i].shape == MESH or colliders[j].shape == MESH
-        for side in range(2):
-            handle = contact.body_a if side == 0 else contact.body_b
-            shape = colliders[i].shape if side == 0 else colliders[j].shape
-            if bodies[handle].motion != DYNAMIC or marks[handle] == 1 or shape == SPHERE:
-                continue
-            way = vec3.norm(vec3.sub(vec3.load(ends[handle].center), vec3.load(states[handle].center)))
-            turn = max(_turning(header, bodies[handle], states[handle]), _turning(header, bodies[handle], ends[handle]))
-            angle = header.time_step * math.sqrt(turn)
-            way += bodies[handle].radius * angle
-            if (meshed or angle > LISTED_TILT) and way > _shallow(header) * contact.size:
-                marks[handle] = 1
-                found = True
-    return found
-
-
-@kernel
-def _turning(header, body, state):
-    """Square of the speed [rad/s] at which a body shows other faces; what spins about its own axis shows none."""
-    spin = vec3.load(state.angular_velocity)
-    squared = vec3.norm_squared(spin)
-    if body.num_colliders == 1:
-        collider = colliders_of(header)[body.first_collider]
-        if collider.shape == CAPSULE or collider.shape == CYLINDER:
-            axis = quat.rotate(
-                quat.load(state.orientation), quat.rotate(quat.load(collider.orientation), (0.0, 0.0, 1.0))
-            )
-            squared -= vec3.dot(spin, axis) ** 2
-    return squared
 
 
 @kernel
@@ -248,7 +132,7 @@ def _mark_overlapping(header, workspace, world, num_pairs, num_found, marks):
     for index in range(header.num_bodies):
         marks[index] = 0
     for index in range(num_found):
-        if found[index].gap < -_shallow(header) * found[index].size:
+        if found[index].gap < -shallow(header) * found[index].size:
             marks[found[index].body_a] = 1
             marks[found[index].body_b] = 1
     for index in range(header.num_bodies):
@@ -293,7 +177,7 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
         for index in range(start, min(count, found.shape[0])):
             contact = found[index]
             contact.size = size
-            enough = enough and contact.gap >= -_shallow(header) * size
+            enough = enough and contact.gap >= -shallow(header) * size
     return count, enough
 
 
@@ -350,7 +234,7 @@ def _sweep_apart(header, workspace, world, count, num_found, marks):
         # Overlap that motion made is undone at once.
         row.floor = min(start_gap + SLACK * contact.size, 0.0) if way <= SLACK * contact.size else 0.0
         row.push = 0.0
-        enough = min(enough, 0.1 * _shallow(header) * contact.size)
+        enough = min(enough, 0.1 * shallow(header) * contact.size)
         prepare_response(row, nodes)
     part(rows, nodes, num_found, enough)
     for index in range(num_found):
@@ -433,7 +317,7 @@ def _measure_again(header, workspace, world, count, num_found, before, looked_at
             if looked == ALL_NEAR:
                 contact.gap = max(contact.gap, 0.0)
             elif looked == SHALLOW_ONES:
-                contact.gap = max(contact.gap, -_shallow(header) * contact.size)
+                contact.gap = max(contact.gap, -shallow(header) * contact.size)
         worst = max(worst, -contact.gap)
     for index in range(num_found):
         worst = max(worst, -found[index].gap)

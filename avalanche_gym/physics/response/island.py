@@ -182,10 +182,10 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         expect_on_way(members, first_body, last_body, bound, predicted, ends)
     else:
         expect_steady(starts, time_step, contacts, order, first, last, bodies, ends)
-    if workspace.foreseen == 0 and last_body - first_body == 1:
-        expect_supported(
-            starts, time_step, header.time_step, contacts, order, first, last, bodies, members[first_body], ends
-        )
+        if last_body - first_body == 1:
+            expect_supported(
+                starts, time_step, header.time_step, contacts, order, first, last, bodies, members[first_body], ends
+            )
     crowded = header.step_pile != 0 and header.restitution == 0 and last_body - first_body > 1
     hands_over = crowded and not struck and located == 0 and workspace.part == WHOLE
     foreseen = False
