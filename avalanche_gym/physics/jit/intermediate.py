@@ -27,9 +27,7 @@ from .passes import LeanCompiler, SharedFlags
 class _Pipeline(LeanCompiler):
     """A compiler that writes into a library of the kind above."""
 
-    def compile_extra(self, func: Callable[..., Any]) -> Any:
-        self.state.library = LinkedLibrary(self.state.targetctx.codegen(), func.__qualname__)
-        return super().compile_extra(func)
+    library = LinkedLibrary
 
 
 class _Compiler(_FunctionCompiler):

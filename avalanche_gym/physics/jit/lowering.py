@@ -8,6 +8,8 @@ kind. Here it is left out where it is known to be dead; the rest is Numba's own.
 Numba counts a reference for every array that is an argument, and takes it back at the last use. The caller has one all
 the time, so these two calls do nothing but spill the registers of every kernel that is given a table: they are left out
 too.
+
+Numba asks of every index whether it is negative, and then counts from the end. No kernel does (test_jit_indices.py).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from typing import Any, ClassVar
 
 from numba.core import cgutils, ir, lowering, typed_passes, types
 from numba.core.compiler_machinery import register_pass
+from numba.core.types import containers
 
 
 class _LeanLower(lowering.Lower):
@@ -97,6 +100,22 @@ class _LeanLower(lowering.Lower):
         found = function.get_call_type(context.typing_context, signature.args, {})
         result = context.get_function(function, found)(builder, operands)
         return context.cast(builder, result, signature.return_type, resty)
+
+    def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
+        return super().lower_getitem(resty, expr, value, index, _counted_from_start(signature))
+
+    def lower_setitem(self, target_var: Any, index_var: Any, value_var: Any, signature: Any) -> Any:
+        return super().lower_setitem(target_var, index_var, value_var, _counted_from_start(signature))
+
+
+def _counted_from_start(signature: Any) -> Any:
+    """The signature of an access to a table, with indices of a kind that cannot be negative."""
+    table, index = signature.args[:2]
+    parts = getattr(index, "types", (index,))
+    if not isinstance(table, types.Array) or any(part != types.int64 for part in parts):
+        return signature
+    unsigned = types.uint64 if index == types.int64 else containers.UniTuple(types.uint64, len(parts))
+    return signature.replace(args=(table, unsigned, *signature.args[2:]))
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

@@ -7,11 +7,13 @@ that took a sixth of the time to compile.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from numba.core import compiler, typed_passes, untyped_passes
 from numba.core.compiler_machinery import PassManager
 
+from .libraries import RunLibrary
 from .lowering import LeanLowering
 
 # By name: not every version of Numba has all of them.
@@ -54,7 +56,14 @@ class _LeanManager(PassManager):
 
 
 class LeanCompiler(compiler.Compiler):
-    """Numba's passes but for the idle ones."""
+    """Numba's passes but for the idle ones, into a library of its own kind."""
+
+    library: ClassVar[type[Any]] = RunLibrary
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
 
     def define_pipelines(self) -> list[PassManager]:
         (standard,) = super().define_pipelines()
