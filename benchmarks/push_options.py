@@ -23,6 +23,8 @@ from avalanche_gym.envs.push_terrain.env import push
 STEP = 0.005  # [s]
 REFERENCE: dict[str, Any] = {"time_step": STEP, "tolerance": 1e-12, "events": False}
 OPTIONS: dict[str, dict[str, Any]] = {
+    "tolerance=1e-2": {"tolerance": 1e-2},
+    "tolerance=1e-3": {"tolerance": 1e-3},
     "tolerance=1e-4": {"tolerance": 1e-4},
     "tolerance=1e-6": {"tolerance": 1e-6},
     "tolerance=1e-8": {"tolerance": 1e-8},

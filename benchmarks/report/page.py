@@ -143,7 +143,7 @@ A box and a ball on hills, pushed every four steps of 5 ms, each engine through 
 {pushes}
 Ours has its default options; where it is not the fastest it pays for each facet that a sliding body enters, which is a
 new contact and a new problem, and for landings located in time. Environments of the package ask for less
-(`tolerance=1e-6, events=False`).
+(`tolerance=1e-4, events=False`).
 
 ## What a scene needs
 

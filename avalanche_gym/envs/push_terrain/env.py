@@ -91,7 +91,7 @@ class PushTerrainTask(BatchedTask):
     control_interval = 0.02
     # Made for learning: what the tolerance leaves, and impacts at the end of their step, are less than the step itself
     # leaves (docs/environments/push_terrain.md).
-    default_options = physics.Options(time_step=0.005, tolerance=1e-6, events=False, sleeping=False)
+    default_options = physics.Options(time_step=0.005, tolerance=1e-4, events=False, sleeping=False)
     level_ranges = scene.LEVELS
     draws = scene.DRAWS
     lane_dtype = scene.LANE
@@ -224,7 +224,7 @@ class PushTerrainEnv(SingleEnv):
     - `level`: "easy" (default), "medium" or "hard".
     - `ranges`: `{name: (low, high)}` replaces ranges of the level (names as above): domain randomisation.
     - `options`: `avalanche_gym.physics.Options`; its `time_step` must be 0.02 s / n. `None` is
-      `Options(time_step=0.005, tolerance=1e-6, events=False, sleeping=False)`.
+      `Options(time_step=0.005, tolerance=1e-4, events=False, sleeping=False)`.
     - `render_mode`: `None`, "rgb_array", or "human": a window (extra `render`).
     - `reset(options={"state": env.unwrapped.get_state()})` starts from a given state.
 
