@@ -10,7 +10,7 @@ from __future__ import annotations
 from ..contacts.prediction import DRIFT, OVERLAP, bears_load, point_displacement
 from ..jit import kernel
 from ..maths import quat, vec3
-from ..model import ON_A
+from ..model import DYNAMIC, ON_A
 
 # Share of its gap, and of its creep along the surface while it sticks, that a lasting contact makes good in a step, at
 # speeds far below any that matter.
@@ -20,14 +20,26 @@ SETTLED = 3e-7
 
 
 @kernel
-def drifts_away(contacts, order, first, last):
-    """Whether a lasting contact of the island has a gap, an overlap or a creep worth making good.
+def moved_together(bodies, contact):
+    """Handles of the dynamic bodies of a contact, the smaller first, -1 for what is not dynamic: contacts with the same
+    are parts of one relative motion, whatever colliders touch and however many bodies the ground is made of.
+    """
+    a = contact.body_a if bodies[contact.body_a].motion == DYNAMIC else -1
+    b = contact.body_b if bodies[contact.body_b].motion == DYNAMIC else -1
+    return min(a, b), max(a, b)
 
-    One answer for all: what each contact asks for on its own, no motion of rigid bodies may be able to give.
+
+@kernel
+def drifts_away(bodies, contacts, order, first, last, movers):
+    """Whether a lasting contact of these bodies has a gap, an overlap or a creep worth making good.
+
+    One answer for all contacts of a relative motion: what each asks for on its own, no motion of rigid bodies may be
+    able to give. None for those of others: a box that rests would be asked to mend its round-off while a ball rolls
+    along it.
     """
     for index in range(first, last):
         contact = contacts[order[index]]
-        if contact.persistent == 1:
+        if contact.persistent == 1 and moved_together(bodies, contact) == movers:
             squares = contact.start_gap**2 + vec3.norm_squared(vec3.load(contact.creep))
             if squares > (SETTLED * contact.size) ** 2:
                 return True

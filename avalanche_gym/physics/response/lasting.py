@@ -30,7 +30,7 @@ from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC, ON_A, ON_B, STATIC
 from .bodies import impulse_on, moment_on, set_velocities, sum_impulses, turn_by, turned
-from .creep import CLOSING, drifts_away, gap_closing
+from .creep import CLOSING, drifts_away, gap_closing, moved_together
 from .places import back_to_middle, on_to_middle, take_middle
 
 
@@ -73,11 +73,16 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
     pair, and the difference it makes is left out where it is round-off: velocities that no rigid motion could bring to
     zero would make contacts slip that stick.
     """
-    drifts = drifts_away(contacts, order, first, last)
+    drifts = False
+    known = (-2, -2)
     for index in range(first, last):
         contact = contacts[order[index]]
         a = contact.body_a
         b = contact.body_b
+        movers = moved_together(bodies, contact)
+        if movers != known:
+            known = movers
+            drifts = drifts_away(bodies, contacts, order, first, last, movers)
         middle = vec3.load(contact.position)
         own = b if bodies[b].motion == DYNAMIC else a
         other = a if own == b else b

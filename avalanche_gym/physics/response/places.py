@@ -96,7 +96,7 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
     body = bodies[handle]
     place = quat.load(starts[handle].orientation)
     center = vec3.load(starts[handle].center)
-    drifts = drifts_away(contacts, order, first, last)
+    drifts = drifts_away(bodies, contacts, order, first, last, (-1, handle))
     change = vec3.ZERO
     turn = vec3.ZERO
     several = last - first > 1
