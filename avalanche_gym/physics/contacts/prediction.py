@@ -29,7 +29,9 @@ REBOUND = 1e-13
 # motion leaves behind, part little by little; a smaller limit solves for positions in many more steps.
 DRIFT = 1e-6
 # A contact that bore load and is now closer than this fraction of the smaller body still touches. Larger: a body that
-# has left the ground by less is not seen to fall on it again as an impact.
+# has left the ground by less is not seen to fall on it again as an impact. One that separates does not last if half of
+# what that does in a step is more: stopped by the end of the step it would be left farther away than what touches, and
+# fall anew, for ever (a slender block that rocks).
 TOUCH = 1e-4
 # A touching contact that approaches still lasts while half of what the approach does in a step is less than this
 # fraction of the smaller body: the overlap is pushed out again. Larger approaches are impacts.
@@ -255,8 +257,8 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
     On entry ``persistent`` says which bore load in the last step. Spread evenly over the step, an impulse that stops
     an approach lets the gap close by half of what the approach does in a step; if that is more than CREEP allows,
     the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
-    tangent within the step: the smooth step is for small turns. Nor one that leaves as fast, or that bounces or has
-    just done so, if ``bounce_step`` [s], the whole step, is not zero.
+    tangent within the step: the smooth step is for small turns. Nor one that leaves so fast that it would end too far
+    away to touch, or that bounces or has just done so, if ``bounce_step`` [s], the whole step, is not zero.
     """
     struck = False
     calm = time_step
@@ -269,7 +271,7 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
         bend = abs(contact.free_gap - linear)
         rests = kept
         kept = kept and bend <= SLACK * contact.size
-        leaves = 0.5 * time_step * contact.approach > CREEP * contact.size
+        leaves = 0.5 * time_step * contact.approach > TOUCH * contact.size
         leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
         if leaves or not touches:
             # What it bore ended with the last step; begun with that, the solver would leave a trace of it.
