@@ -66,6 +66,8 @@ LEAST_BODIES = 12
 MOST_FOLLOWED = 32
 # What the workspace notes of an island that the pile tier has stepped, in place of whether its impacts are located.
 CROWD = 4
+# [steps] that the exact tier waits at most until it tries an island of a crowd again that it could not solve.
+LONGEST_PAUSE = 127
 
 # --- Model: constant while the world steps
 # -----------------------------------------------------------------------------

@@ -33,7 +33,7 @@ from ..memory import (
     workspace_at,
     world_entry,
 )
-from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LEAST_BODIES
+from ..model import BODY_STATE, CONTACT, DYNAMIC, KINEMATIC, LEAST_BODIES, LONGEST_PAUSE
 from .islands import root_of
 from .prediction import OVERLAP
 
@@ -228,7 +228,9 @@ def settle(address, workspace_address, world, count):
     for index in range(header.num_bodies):
         if bodies[index].motion == DYNAMIC and rest[index].asleep == 0:
             root = root_of(parent, index)
-            crowd = abs(size[root]) >= LEAST_BODIES
+            # A few that jam and that the exact tier gives up are carried as the many are.
+            given_up = abs(size[root]) > 1 and rest[root].pause == LONGEST_PAUSE
+            crowd = given_up or abs(size[root]) >= LEAST_BODIES
             calm = _in_balance(header.time_step, bodies[index], states[index], flown[index], ends[index], crowd)
             if rest[index].still < STILL_STEPS:
                 late[root] += 1

@@ -22,7 +22,7 @@ from ..contacts.turning import any_outruns
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
-from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, MOST_FOLLOWED, TO_IMPACT
+from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LONGEST_PAUSE, MOST_FOLLOWED, TO_IMPACT
 from ..solver.exact import CERTIFIED, WARM_BUDGET
 from ..solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
 from .pile import certify_pile_island, step_pile_island
@@ -38,8 +38,6 @@ MOST_RINGS = 600
 QUIET = 1e-4
 # Residual at which the exact tier has done what it can, whatever was asked for.
 GOOD = 1e-9
-# [steps] that the exact tier waits at most.
-LONGEST_PAUSE = 127
 # Name of the tier in the report (report.METHODS).
 PILE = 5
 

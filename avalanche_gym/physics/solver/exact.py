@@ -38,6 +38,7 @@ from ..maths import vec3
 from .assembly import SCRATCH_BLOCKS
 from .elimination import eliminate
 from .gauss_seidel import prepare_local, sweep
+from .held_moments import solve_contacts_alone
 from .interior_point import interior_point
 from .iterate import keep_best, restore_best
 from .newton import newton
@@ -69,7 +70,7 @@ GOOD = 1e-10
 POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
 # An impulse below this share of the largest of its island is a trace of round-off, not a load.
 TRACE = 1e-15
-# Sweeps between two runs of Newton where there are moments.
+# Sweeps that unsettle Newton's method.
 UNSETTLING_SWEEPS = 10
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
@@ -189,15 +190,28 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             if spent >= max_iterations or goal < SECOND_GOAL or best <= max(GOOD, tolerance):
                 break
             swept = fresh and num_bodies <= SWEPT_BODIES
-            if swept or rows[num_contacts - 1].of >= 0:
-                # The interior point knows no moments; sweeps unsettle Newton as well.
+            if swept:
                 restore_best(rows, num_contacts)
                 evaluate(rows, nodes, num_contacts, num_bodies, violation)
                 prepare_local(rows, nodes, num_contacts)
-                for _ in range(min(UNSETTLING_SWEEPS, max_iterations - spent)):
+                # They are cheap, and leave the factorisations to those who need them.
+                for _ in range(UNSETTLING_SWEEPS):
                     sweep(rows, nodes, num_contacts)
-                    # Where they are cheap they leave the factorisations to those who need them.
-                    spent += 0 if swept else 1
+            elif rows[num_contacts - 1].of >= 0:
+                restore_best(rows, num_contacts)
+                spent += solve_contacts_alone(
+                    rows,
+                    nodes,
+                    blocks,
+                    index,
+                    num_contacts,
+                    num_bodies,
+                    num_handles,
+                    slots,
+                    violation,
+                    max(goal, 0.5 * tolerance),
+                    min(INTERIOR_BUDGET, max_iterations - spent),
+                )
             else:
                 best, used = interior_point(
                     rows,
