@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
-from ..maths import vec3
+from ..maths import mat3, vec3
 from ..model import BOX, SPHERE
 from .terrain_candidates import CROSSING, EDGE_PLACE, POINT, TERRAIN_VERTEX, VERTEX_PLACE, add_candidate, feature_of
 from .terrain_features import (
@@ -31,7 +31,17 @@ from .terrain_features import (
     meet_along,
     star_depth,
 )
-from .terrain_shape import CENTER_ROW, CORNER_ROW, FIRST_FEATURE_ROW, axis_of, get, margin_of, radius_of, scale_of
+from .terrain_shape import (
+    CENTER_ROW,
+    CORNER_ROW,
+    FIRST_FEATURE_ROW,
+    axes_of,
+    axis_of,
+    get,
+    margin_of,
+    radius_of,
+    scale_of,
+)
 from .triangle import REGION_SLACK
 
 # Faces of a box are the parts 0 to 5 against a vertex of the terrain, its edges and corners this one.
@@ -39,6 +49,9 @@ EDGE_PART = 6
 # Edges that overlap by less than this share of the size of the shape have not come through each other: contacts leave
 # less. Larger: an edge that has come through has ways out that are none; smaller: what bears may be taken for through.
 TOUCHES = 1e-6
+# What may come into question at all is told with this much more room, as a share of the lengths in it; but not of edges
+# parallel to a sine below the other, whose round-off counts for more.
+ROUGH, ALMOST_PARALLEL = 1e-6, 1e-3
 
 
 @kernel
@@ -104,10 +117,68 @@ def _depth_in_box(scratch, p):
 
 
 @kernel
-def _crossing(scratch, row, count):
+def _sides_crossed(x, y, out, half, length, reach):
+    """Which edges of a box along its third axis an edge of the terrain may cross, one bit for each of ``sides``.
+
+    All in the frame of the box, its axes turned so that the third one is along the edges: start ``x`` [m], direction
+    ``y`` and ``out`` of the edge of the terrain. Seen along the axis this is a line, y (0) and y (1), and the corners
+    of a rectangle. Most edges are far off; what is near is told with more room than in ``_crossing``, whose normal may
+    lean by TILT besides: where it then meets is off by as much of the gap.
+    """
+    square = y[0] * y[0] + y[1] * y[1]
+    sine = math.sqrt(square)
+    outward = y[1] * out[0] - y[0] * out[1]
+    if half[0] == 0.0 or sine < ALMOST_PARALLEL or abs(outward) <= ROUGH * sine * (abs(out[0]) + abs(out[1])):
+        return 15
+    # The normal in the plane of the rectangle, times the sine.
+    d0 = math.copysign(y[1], y[1] * outward)
+    d1 = math.copysign(y[0], -y[0] * outward)
+    rough = ROUGH * (half[0] + half[1] + half[2] + length)
+    found = 0
+    for sides in range(4):
+        side_0 = 2.0 * (sides & 1) - 1.0
+        side_1 = (sides & 2) - 1.0
+        r0 = side_0 * half[0] - x[0]
+        r1 = side_1 * half[1] - x[1]
+        t = r0 * y[0] + r1 * y[1]
+        gap = r0 * d0 + r1 * d1
+        room = rough * square + 1.01 * TILT * abs(gap)
+        near = (max(side_0 * d0, side_1 * d1) <= 2.01 * TILT * sine) & (gap <= (reach + rough) * sine)
+        near &= abs(t - 0.5 * length * square) <= 0.5 * length * square + room
+        near &= abs(t * y[2] + x[2] * square) <= half[2] * square + room
+        found |= int(near) << sides
+    return found
+
+
+@kernel
+def _next(a):
+    """The components of a vector, the first one last."""
+    return (a[1], a[2], a[0])
+
+
+@kernel
+def _may_cross(scratch, row, local, along):
+    """Which edges of a box an edge of the terrain may cross: four bits an axis, as in ``_sides_crossed``.
+
+    ``local`` [m], ``along``: start and direction of the edge in the frame of the core.
+    """
+    half = get(scratch, CENTER_ROW, 3)
+    out = mat3.apply_transposed(axes_of(scratch), get(scratch, row + 2, 0))
+    length = scratch[row, 7]
+    reach = radius_of(scratch) + margin_of(scratch)
+    crossed = 0
+    for axis in range(3):
+        local, along, out, half = _next(local), _next(along), _next(out), _next(half)
+        if half[2] > 0.0:
+            crossed |= _sides_crossed(local, along, out, half, length, reach) << 4 * axis
+    return crossed
+
+
+@kernel
+def _crossing(scratch, row, crossed, count):
     """An edge of the terrain across the edges of a box, or across the side of a capsule.
 
-    Both edges must cross, seen along their common normal ``d = +-(e x b)``.
+    Both edges must cross, seen along their common normal ``d = +-(e x b)``. ``crossed``: those that may, of _may_cross.
     """
     start = get(scratch, row, 1)
     e = get(scratch, row, 4)
@@ -125,7 +196,8 @@ def _crossing(scratch, row, count):
     through = -TOUCHES * scale_of(scratch)
     for attempt in range(2):
         for axis in range(3):
-            if half[axis] == 0.0 or (attempt == 1 and axis != best_axis):
+            near = crossed >> 4 * axis & 15
+            if near == 0 or (attempt == 1 and axis != best_axis):
                 continue
             b = axis_of(scratch, axis)
             d = best_d
@@ -146,6 +218,8 @@ def _crossing(scratch, row, count):
             slope_j = vec3.dot(a_j, d)
             slope_k = vec3.dot(a_k, d)
             for sides in range(4):
+                if not near >> sides & 1:
+                    continue
                 side_j = 2.0 * (sides & 1) - 1.0
                 side_k = (sides & 2) - 1.0
                 # The edge must be on the lower side; along an axis without extent there is one side only.
@@ -180,20 +254,22 @@ def _crossing(scratch, row, count):
 
 
 @kernel
-def _beside_corner(scratch, row, count):
-    """An edge of the terrain that passes by a corner of a box: each is the nearest part of the other."""
+def _beside_corner(scratch, row, local, along, count):
+    """An edge of the terrain that passes by a corner of a box: each is the nearest part of the other.
+
+    ``local`` [m], ``along``: start and direction of the edge in the frame of the box.
+    """
+    length = scratch[row, 7]
+    half = get(scratch, CENTER_ROW, 3)
+    # Only beyond all three faces of a corner is the corner nearest.
+    for axis in range(3):
+        farthest = max(abs(local[axis]), abs(local[axis] + length * along[axis]))
+        if farthest < half[axis] * (1.0 - REGION_SLACK):
+            return count
     start = get(scratch, row, 1)
     e = get(scratch, row, 4)
-    length = scratch[row, 7]
     margin = margin_of(scratch)
     center = get(scratch, CENTER_ROW, 0)
-    # Only beyond all three faces of a corner is the corner nearest.
-    r = vec3.sub(start, center)
-    for axis in range(3):
-        along = vec3.dot(axis_of(scratch, axis), r)
-        farthest = max(abs(along), abs(along + length * vec3.dot(axis_of(scratch, axis), e)))
-        if farthest < scratch[CENTER_ROW, 3 + axis] * (1.0 - REGION_SLACK):
-            return count
     for number in range(CORNER_ROW, CORNER_ROW + 8):
         p = get(scratch, number, 0)
         t = vec3.dot(vec3.sub(p, start), e)
@@ -276,6 +352,8 @@ def _under_box(scratch, row, count):
 def collide_features(scratch, end, shape, count):
     """Contacts of the listed features, up to row ``end``, with the shape; return the new count of candidates."""
     row = FIRST_FEATURE_ROW
+    center = get(scratch, CENTER_ROW, 0)
+    axes = axes_of(scratch)
     while row < end:
         spokes = int(scratch[row, 0])
         if shape != BOX:
@@ -283,8 +361,12 @@ def collide_features(scratch, end, shape, count):
         elif spokes > 0:
             count = _under_box(scratch, row, count)
         if spokes == 0 and shape != SPHERE:
-            count = _crossing(scratch, row, count)
-        if spokes == 0 and shape == BOX:
-            count = _beside_corner(scratch, row, count)
+            local = mat3.apply_transposed(axes, vec3.sub(get(scratch, row, 1), center))
+            along = mat3.apply_transposed(axes, get(scratch, row, 4))
+            crossed = _may_cross(scratch, row, local, along)
+            if crossed > 0:
+                count = _crossing(scratch, row, crossed, count)
+            if shape == BOX:
+                count = _beside_corner(scratch, row, local, along, count)
         row += 1 + spokes if spokes > 0 else 3
     return count

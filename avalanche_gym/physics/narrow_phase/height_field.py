@@ -22,7 +22,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
-from ..model import SPHERE
+from ..model import BOX, SPHERE
 from .feature_contacts import collide_features
 from .height_field_grid import bend_of, cell_index, cell_range, grid_of, list_features, outside, sample
 from .height_field_walls import wall_in_front
@@ -31,6 +31,7 @@ from .terrain_shape import (
     BOUNDS_ROW,
     CENTER_ROW,
     CORNER_ROW,
+    axis_of,
     get,
     margin_of,
     motion_of,
@@ -122,15 +123,34 @@ def over_facet(grid, r, slope_x, slope_y, upper):
 
 
 @kernel
-def comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion, sunk):
+def may_come_over_facet(grid, r, slope_x, slope_y, upper, motion):
+    """Whether the foot of a point above or below a facet is on the facet, or comes over it if it moves by ``motion``
+    [m], by a bound: seen from above it is beyond no side by more. On the facet it is at least as far beyond.
+
+    ``r`` [m] leads to the point from corner A.
+    """
+    over = r[2] - slope_x * r[0] - slope_y * r[1]
+    stretch = 1.0 + slope_x * slope_x + slope_y * slope_y
+    # The foot from corner A, and all lengths beside it, times ``stretch``.
+    x = r[0] * stretch + over * slope_x
+    y = r[1] * stretch + over * slope_y
+    far = (motion + 2.0 * REGION_SLACK * (grid[2] + grid[3])) * stretch
+    # The diagonal is shorter than both sides together.
+    diagonal = (grid[2] + grid[3]) * far
+    if upper == 0:
+        return y >= -far and x <= grid[2] * stretch + far and y * grid[2] - x * grid[3] <= diagonal
+    return x >= -far and y <= grid[3] * stretch + far and x * grid[3] - y * grid[2] <= diagonal
+
+
+@kernel
+def comes_over_facet(grid, heights, rows, columns, p, row, column, upper, motion, sunk):
     """Whether the foot of p, beside a facet and above its plane, can come over the facet across a concave edge.
 
     p must be above the plane of the facet beyond that edge too: behind a wall the plane of the floor in front of it
-    holds nothing. ``motion`` [m]: how far p can come; ``sunk`` [m]: how far p is below the surface; ``corner``,
-    ``upper``: the facet as in ``slopes``.
+    holds nothing. ``motion`` [m]: how far p can come; ``sunk`` [m]: how far p is below the surface; ``row``,
+    ``column``: the cell; ``upper``: its facet as in ``slopes``.
     """
-    row = corner // columns
-    column = corner - row * columns
+    corner = row * columns + column
     slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
     n = vec3.normalize((-slope_x, -slope_y, 1.0))
     found = False
@@ -209,6 +229,7 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
             for column in range(first_column, last_column + 1):
                 corner = row * columns + column
                 a = sample(grid, heights, columns, row, column)
+                r = vec3.sub(p, a)
                 if is_free:
                     low, high = cell_range(heights, columns, corner)
                     apart = (
@@ -221,15 +242,18 @@ def corners_against_faces(grid, heights, rows, columns, num_corners, highest, sc
                 for upper in range(2):
                     slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
                     # A vertical distance; times the cosine of the slope it is that along the normal.
-                    height = p[2] - a[2] - slope_x * (p[0] - a[0]) - slope_y * (p[1] - a[1])
+                    height = r[2] - slope_x * r[0] - slope_y * r[1]
                     stretch = 1.0 + slope_x * slope_x + slope_y * slope_y  # 1 / cosine^2
                     if height > 0.0 and height * height > reach * reach * stretch:
+                        continue
+                    # Most facets of a cell near a ball are not below its middle.
+                    if is_free and not may_come_over_facet(grid, r, slope_x, slope_y, upper, motion):
                         continue
                     counts = over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper)
                     if not counts and motion > 0.0 and afloat and height * height >= radius * radius * stretch:
                         above = height >= 0.0 or height * height <= 4.0 * sunk * sunk * stretch
                         counts = above and comes_over_facet(
-                            grid, heights, rows, columns, p, corner, upper, motion, sunk
+                            grid, heights, rows, columns, p, row, column, upper, motion, sunk
                         )
                     if counts:
                         cosine = 1.0 / math.sqrt(stretch)
@@ -274,6 +298,37 @@ def _draw_in(highest, scratch):
 
 
 @kernel
+def _draw_in_box(highest, scratch):
+    """Narrow the bounds of a box to what is near the part of it that is not above ``highest`` [m] by the margin.
+
+    From its lowest corner that goes along each edge until the box ends, or is too high.
+    """
+    center = get(scratch, CENTER_ROW, 0)
+    margin = margin_of(scratch)
+    lower = scratch[BOUNDS_ROW, 2] + margin
+    # Of a face that lies flat up to round-off all counts.
+    height = highest + margin - lower + REGION_SLACK * scale_of(scratch)
+    first_x, last_x = center[0], center[0]
+    first_y, last_y = center[1], center[1]
+    for k in range(3):
+        half = scratch[CENTER_ROW, 3 + k]
+        edge = axis_of(scratch, k)
+        if edge[2] < 0.0:
+            edge = vec3.neg(edge)
+        far = half
+        if 2.0 * half * edge[2] > height:
+            far = height / edge[2] - half
+        first_x += min(-half * edge[0], far * edge[0])
+        last_x += max(-half * edge[0], far * edge[0])
+        first_y += min(-half * edge[1], far * edge[1])
+        last_y += max(-half * edge[1], far * edge[1])
+    scratch[BOUNDS_ROW, 0] = first_x - margin
+    scratch[BOUNDS_ROW, 1] = first_y - margin
+    scratch[BOUNDS_ROW, 3] = last_x + margin
+    scratch[BOUNDS_ROW, 4] = last_y + margin
+
+
+@kernel
 def collide_height_field(
     shape_a,
     position_a,
@@ -315,6 +370,8 @@ def collide_height_field(
         return count
     if shape_a == SPHERE:
         _draw_in(highest, scratch)
+    elif shape_a == BOX:
+        _draw_in_box(highest, scratch)
     found = corners_against_faces(grid, heights, rows, columns, num_corners, highest, scratch, np.int64(0))
     item = 0
     while True:

@@ -142,14 +142,16 @@ def list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, e
     # likewise.
     left_column = column - (1 if shift == 0 else 0)
     right_row = row - (1 if rise == 0 else 0)
-    m1 = _wall(e)
-    m2 = m1
     if row < rows - 1 and left_column >= 0:
         left = upward_normal(grid, heights, row * columns + left_column, columns, rise * shift)
         m1 = vec3.cross(left, e)
+    else:
+        m1 = _wall(e)
     if right_row >= 0 and column < columns - 1:
         right = upward_normal(grid, heights, right_row * columns + column, columns, 1 - rise * shift)
         m2 = vec3.cross(e, right)
+    else:
+        m2 = _wall(e)
     out = vec3.sub(vec3.cross(e, m1), vec3.cross(e, m2))
     number = 3 * (row * columns + column) + rise + rise * shift
     return put_edge(scratch, end, start, e, length, m1, m2, out, number)
@@ -289,14 +291,23 @@ def list_features(grid, heights, rows, columns, scratch, item):
     reach = radius_of(scratch) + margin_of(scratch)
     reach_squared = reach_squared_of(scratch)
     box = is_box(scratch)
+    # A ball meets what its middle is near: its core has no axes to look along.
+    ball = half[0] == 0.0 and half[1] == 0.0 and half[2] == 0.0
+    # How edges along x and along y lead across, in the frame of the core; what they rise is added edge by edge.
+    to_x = vec3.scale(grid[2], (axes[0], axes[1], axes[2]))
+    to_y = vec3.scale(grid[3], (axes[3], axes[4], axes[5]))
+    up = (axes[6], axes[7], axes[8])
     # Samples whose edges can reach into the footprint.
     first_row = cell_index(lower[1] - grid[1], grid[5], rows)
     last_row = cell_index(upper[1] - grid[1], grid[5], rows)
     first_column = cell_index(lower[0] - grid[0], grid[4], columns)
     last_column = cell_index(upper[0] - grid[0], grid[4], columns)
     width = last_column - first_column + 1
-    row = first_row + item // width
-    column = first_column + item % width
+    row = first_row
+    column = first_column
+    if item > 0:
+        row += item // width
+        column += item % width
     end = FIRST_FEATURE_ROW
     while row <= last_row:
         if end + ROWS_OF_SAMPLE > END_FEATURE_ROW:
@@ -327,7 +338,7 @@ def list_features(grid, heights, rows, columns, scratch, item):
             bent = max(ahead, aside, across) > grid[6]
             inner = True
         if near:
-            local = mat3.apply_transposed(axes, r)
+            local = r if ball else mat3.apply_transposed(axes, r)
             for edge in range(3 if bent else 0):
                 rise = 0 if edge == 0 else 1
                 shift = 0 if edge == 1 else 1
@@ -335,18 +346,31 @@ def list_features(grid, heights, rows, columns, scratch, item):
                 if not inner:
                     bend = bend_of(heights, rows, columns, row, column, rise, shift)
                 if bend > grid[6]:
-                    e = (shift * grid[2], rise * grid[3], heights[(row + rise) * columns + column + shift] - z)
-                    y = mat3.apply_transposed(axes, e)
-                    if (
-                        _meets_core(half, reach, local, y)
-                        and _meets_ball(reach_squared, r, e)
-                        and not (box and _face_over(half, reach, local, y) >= 0)
-                    ):
+                    rises = heights[corner + rise * columns + shift] - z
+                    if ball:
+                        listed = _meets_ball(reach_squared, r, (shift * grid[2], rise * grid[3], rises))
+                    else:
+                        flat = to_x if edge == 0 else (to_y if edge == 1 else vec3.add(to_x, to_y))
+                        e = vec3.add_scaled(flat, rises, up)
+                        listed = _meets_core(half, reach, local, e)
+                        if box:
+                            listed = listed and _face_over(half, reach, local, e) < 0
+                        else:
+                            listed = listed and _meets_ball(reach_squared, local, e)
+                    if listed:
                         last = list_edge(grid, heights, rows, columns, row, column, rise, shift, scratch, end)
                         if not _lies_below(scratch, end, center, half, axes, reach):
                             end = last
-            listed = _meets_core(half, reach, local, vec3.ZERO) and vec3.norm_squared(r) <= reach_squared
-            if listed and box and 0 < row < rows - 1 and 0 < column < columns - 1:
+            listed = vec3.norm_squared(r) <= reach_squared and (ball or _meets_core(half, reach, local, vec3.ZERO))
+            if listed and inner:
+                # Those behind: along x, along y, the diagonal.
+                b, c, d = heights[corner - 1], heights[corner - columns - 1], heights[corner - columns]
+                convex = int(ahead > grid[6]) + int(aside > grid[6]) + int(across > grid[6])
+                convex += int(b + z - heights[corner + columns] - c > grid[6])
+                convex += int(d + z - heights[corner + 1] - c > grid[6])
+                convex += int(c + z - d - b > grid[6])
+                listed = convex >= 3
+            if listed and box and inner:
                 axis = _face_over(half, reach, local, vec3.ZERO)
                 if axis >= 0 and abs(local[axis]) > half[axis]:
                     out = vec3.scale(-math.copysign(1.0, local[axis]), axis_of(scratch, axis))

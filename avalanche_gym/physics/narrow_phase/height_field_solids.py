@@ -70,7 +70,7 @@ def _cylinder_against_faces(grid, heights, rows, columns, radius, half_length, a
                         continue
                     counts = over_facet(grid, vec3.sub(base, a), slope_x, slope_y, upper)
                     if not counts and motion > 0.0 and gap >= 0.0:
-                        counts = comes_over_facet(grid, heights, rows, columns, p, corner, upper, motion, 0.0)
+                        counts = comes_over_facet(grid, heights, rows, columns, p, row, column, upper, motion, 0.0)
                     if counts:
                         feature = feature_of(POINT, feature, FACE_PLACE, 2 * corner + upper)
                         count = add_candidate(scratch, count, vec3.add_scaled(p, -0.5 * gap, n), n, gap, feature)
