@@ -32,7 +32,7 @@ from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
 from .response.bodies import shift
 from .response.pile import place_node, stand_still
-from .solver.pile import gap_after, part
+from .solver.pile import gap_after, sweep_positions
 from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.pile_response import prepare_response
 from .strays import mark_sliders, mark_strays, shallow
@@ -43,6 +43,8 @@ ROUNDS = 6
 HOPS = 2
 # Contacts closer than this fraction of the smaller body keep others from being pushed into it.
 NEAR = 0.05
+# Sweeps that part them in a round, and the most of them where no other round follows.
+SWEEPS, MOST_SWEEPS = 10, 40
 # What is known of a body's contacts at the end of the step: none overlaps by more than SHALLOW, or all that is near.
 SHALLOW_ONES, ALL_NEAR = 1, 2
 
@@ -62,7 +64,7 @@ def part_overlaps(address, workspace_address, world, count):
     looked_at = table(workspace.waits, header.num_bodies, np.int64)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     before = table(workspace.predicted, header.num_bodies, BODY_STATE)
-    for _ in range(ROUNDS):
+    for number in range(1, ROUNDS + 1):
         num_pairs = _find_pairs_at_end(address, workspace_address, world)
         if 2 * num_pairs > workspace.pairs_size:
             workspace.detail = num_pairs
@@ -70,21 +72,25 @@ def part_overlaps(address, workspace_address, world, count):
         for index in range(header.num_bodies):
             looked_at[index] = ALL_NEAR if marks[index] > 0 else 0
             before[index] = ends[index]
-        close = _bring_to_front(header, workspace, world, num_pairs, marks)
-        num_found, enough = _find_contacts_at_end(address, workspace_address, world, close, 0.0)
+        close = _bring_to_front(header, workspace, world, 0, num_pairs, marks)
+        # What was moved overlaps something again, most often: all that is near is asked for at once.
+        near = 0.0 if number == 1 else NEAR
+        num_found, enough = _find_contacts_at_end(address, workspace_address, world, 0, close, near, np.int64(0))
         if not enough:
             _mark_overlapping(header, workspace, world, num_pairs, min(num_found, workspace.contacts_size), marks)
-            close = _bring_to_front(header, workspace, world, num_pairs, marks)
-            num_found, _ = _find_contacts_at_end(address, workspace_address, world, close, NEAR)
+            if near == 0.0:
+                close, num_found = np.int64(0), np.int64(0)
+            last = _bring_to_front(header, workspace, world, close, num_pairs, marks)
+            num_found, _ = _find_contacts_at_end(address, workspace_address, world, close, last, NEAR, num_found)
             for index in range(header.num_bodies):
                 if marks[index] > 0:
                     looked_at[index] = ALL_NEAR
-                elif looked_at[index] > 0:
+                elif looked_at[index] > 0 and near == 0.0:
                     looked_at[index] = SHALLOW_ONES
         if num_found > workspace.contacts_size:
             workspace.detail = num_found
             return CONTACTS_FULL
-        far = not enough and _sweep_apart(header, workspace, world, count, num_found, marks)
+        far = not enough and _sweep_apart(header, workspace, world, count, num_found, marks, number == ROUNDS)
         _measure_again(header, workspace, world, count, num_found, before, looked_at)
         if not far:
             break
@@ -104,12 +110,12 @@ def _find_pairs_at_end(address, workspace_address, world):
 
 
 @kernel
-def _bring_to_front(header, workspace, world, num_pairs, marks):
-    """Swap the pairs in which a body is marked to the front; return how many they are."""
+def _bring_to_front(header, workspace, world, first, num_pairs, marks):
+    """Swap the pairs from ``first`` on in which a body is marked to the front of these; return where they end."""
     bodies = bodies_of(header, world)
     pairs = table(workspace.pairs, workspace.pairs_size, np.int64)
-    count = 0
-    for pair in range(num_pairs):
+    count = first
+    for pair in range(first, num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         ground = bodies[a].motion != DYNAMIC or bodies[b].motion != DYNAMIC
@@ -150,10 +156,11 @@ def _mark_overlapping(header, workspace, world, num_pairs, num_found, marks):
 
 
 @kernel
-def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
-    """Fill ``recent`` with the contacts of these pairs at the end of the step, up to ``near`` of the size apart.
+def _find_contacts_at_end(address, workspace_address, world, first, last, near, count):
+    """Append the contacts of the pairs first <= pair < last at the end of the step, up to ``near`` of the size apart,
+    to the ``count`` that are in ``recent``.
 
-    Returns how many they are, and whether none of them overlaps by more than counts.
+    Returns how many these are then, and whether none of the new ones overlaps by more than counts.
     """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
@@ -165,9 +172,8 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
     aim(query, address, world, workspace, workspace.recent, workspace.recent_size)
     place_ground(header, workspace, query, world, header.time_step)
     move_anyhow(query, 0.0)
-    count = np.int64(0)
     enough = True
-    for pair in range(num_pairs):
+    for pair in range(first, last):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         size = min(bodies[a].size, bodies[b].size)
@@ -182,7 +188,7 @@ def _find_contacts_at_end(address, workspace_address, world, num_pairs, near):
 
 
 @kernel
-def _sweep_apart(header, workspace, world, count, num_found, marks):
+def _sweep_apart(header, workspace, world, count, num_found, marks, is_last):
     """Move the bodies at the end of the step until the contacts found there are open.
 
     Marks those that went so far that they may have met what was not found; returns whether there are any.
@@ -236,20 +242,34 @@ def _sweep_apart(header, workspace, world, count, num_found, marks):
         row.push = 0.0
         enough = min(enough, 0.1 * shallow(header) * contact.size)
         prepare_response(row, nodes)
-    part(rows, nodes, num_found, enough)
+    # What went far is looked at again, and swept apart then.
+    parted = sweep_positions(rows, nodes, num_found, 1, SWEEPS, enough)
+    far = _mark_far(header, workspace, world, nodes, marks)
+    if not parted and (is_last or not far):
+        sweep_positions(rows, nodes, num_found, SWEEPS + 1, MOST_SWEEPS, enough)
+        far = _mark_far(header, workspace, world, nodes, marks)
     for index in range(num_found):
-        found[index].gap = gap_after(rows[index], nodes, 0.0)
-    far = False
+        found[index].gap = gap_after(rows[index], nodes)
     for index in range(last):
+        if bodies[index].motion == DYNAMIC and rest[index].asleep == 0 and nodes[index].shoved > 0:
+            shift(bodies[index], ends[index], vec3.load(nodes[index].moved), vec3.load(nodes[index].turned))
+    return far
+
+
+@kernel
+def _mark_far(header, workspace, world, nodes, marks):
+    """Mark the bodies moved so far that they may have met what was not found; return whether there are any."""
+    bodies = bodies_of(header, world)
+    rest = rest_of(header, world)
+    far = False
+    for index in range(header.num_bodies):
         marks[index] = 0
-        if bodies[index].motion == DYNAMIC and rest[index].asleep == 0:
-            moved, turned = vec3.load(nodes[index].moved), vec3.load(nodes[index].turned)
-            if vec3.norm_squared(moved) + vec3.norm_squared(turned) > 0.0:
-                shift(bodies[index], ends[index], moved, turned)
-                way = vec3.norm(moved) + bodies[index].radius * vec3.norm(turned)
-                if way > 0.5 * NEAR * bodies[index].size:
-                    marks[index] = 1
-                    far = True
+        if bodies[index].motion == DYNAMIC and rest[index].asleep == 0 and nodes[index].shoved > 0:
+            way = vec3.norm(vec3.load(nodes[index].moved))
+            way += bodies[index].radius * vec3.norm(vec3.load(nodes[index].turned))
+            if way > 0.5 * NEAR * bodies[index].size:
+                marks[index] = 1
+                far = True
     return far
 
 

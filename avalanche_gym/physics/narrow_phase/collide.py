@@ -37,11 +37,35 @@ LEANING_COSINE = 0.5
 
 
 @kernel
-def place(collider, state):
-    """Position (3) and rotation (9) of a collider in the world."""
+def _turned_place(collider, state):
+    """Position (3) and rotation (9) of a collider that does not lie as its body does."""
     rotation = quat.to_matrix(quat.load(state.orientation))
     position = vec3.add(vec3.load(state.center), mat3.apply(rotation, vec3.load(collider.position)))
     return position, mat3.multiply(rotation, quat.to_matrix(quat.load(collider.orientation)))
+
+
+@kernel
+def _is_centred(collider):
+    """Whether a collider is at the centre of its body, turned as this is: most bodies of one collider are like that."""
+    p, q = collider.position, collider.orientation
+    return p[0] == 0.0 and p[1] == 0.0 and p[2] == 0.0 and q[1] == 0.0 and q[2] == 0.0 and q[3] == 0.0
+
+
+@kernel
+def place(collider, state):
+    """Position (3) and rotation (9) of a collider in the world."""
+    if _is_centred(collider):
+        return vec3.load(state.center), quat.to_matrix(quat.load(state.orientation))
+    return _turned_place(collider, state)
+
+
+@kernel
+def _position(collider, state):
+    """The position alone."""
+    if _is_centred(collider):
+        return vec3.load(state.center)
+    position, _ = _turned_place(collider, state)
+    return position
 
 
 @kernel
@@ -131,12 +155,13 @@ def curves(a, b):
 @kernel
 def _ask(header, query, query_address, first, state_first, second, state_second, count):
     """Contacts of two colliders, the smaller shape code first; normals from first to second."""
-    position_a, rotation_a = place(first, state_first)
-    position_b, rotation_b = place(second, state_second)
     reach = first.radius + second.radius + query.margin
     if second.shape != HEIGHT_FIELD and second.shape != SMOOTH_FIELD and reach < math.inf:
-        if vec3.norm_squared(vec3.sub(position_b, position_a)) > reach * reach:
+        apart = vec3.sub(_position(second, state_second), _position(first, state_first))
+        if vec3.norm_squared(apart) > reach * reach:
             return count
+    position_a, rotation_a = place(first, state_first)
+    position_b, rotation_b = place(second, state_second)
     query.shape_a = first.shape
     query.shape_b = second.shape
     query.data_a = first.data

@@ -37,6 +37,7 @@ def place_node(body, state, node):
     inertia[4] = m[3] * m[6] * x + m[4] * m[7] * y + m[5] * m[8] * z
     inertia[5] = m[6] * m[6] * x + m[7] * m[7] * y + m[8] * m[8] * z
     node.inverse_mass = body.inverse_mass
+    node.shoved = 0
     vec3.store(node.moved, vec3.ZERO)
     vec3.store(node.turned, vec3.ZERO)
 
@@ -45,6 +46,7 @@ def place_node(body, state, node):
 def stand_still(node):
     """The node of all that cannot be moved."""
     node.inverse_mass = 0.0
+    node.shoved = -1
     for entry in range(6):
         node.inverse_inertia[entry] = 0.0
     for vector in (node.velocity, node.spin, node.gain, node.before, node.spin_before, node.moved, node.turned):

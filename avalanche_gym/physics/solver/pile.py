@@ -38,8 +38,9 @@ SHARE, POSITION_SWEEPS = 0.3, 3
 # Sweeps while an overlap is deeper than what counts of it in a step. Fewer: a box under a heap that is pressed into the
 # ground by one edge goes on sinking, to several millimetres.
 MOST_POSITION_SWEEPS = 30
-# Sweeps that take out all of the overlap.
-MOST_PARTING_SWEEPS = 40
+# A crowd is not moved for less than this fraction of what counts of an overlap in a step. Larger: it lies deeper. None:
+# all of a heap is swept, and stirred, for the sake of the one deep contact in it.
+LEFT = 0.05
 # An impulse that grows by more than this factor from one substep to the next is a blow. Smaller: loads that settle are
 # taken for blows.
 LEAP = 2.0
@@ -160,65 +161,77 @@ def substep(rows, moments, nodes, num_contacts, num_bodies, time_step, most_swee
 
 
 @kernel
-def gap_after(row, nodes, time_step):
-    """Gap [m] of a contact with the bodies moved as far as they are, after ``time_step`` [s]."""
+def gap_after(row, nodes):
+    """Gap [m] of a contact with the bodies moved as far as they are."""
     node_a = nodes[row.a]
     node_b = nodes[row.b]
     moved = vec3.dot(vec3.load(row.normal), vec3.sub(vec3.load(node_b.moved), vec3.load(node_a.moved)))
     turned = vec3.dot(vec3.load(row.lever_b), vec3.load(node_b.turned))
     turned -= vec3.dot(vec3.load(row.lever_a), vec3.load(node_a.turned))
-    return row.gap + (moved + turned) + time_step * row.prescribed[0]
+    return row.gap + (moved + turned)
 
 
 @kernel
 def remove_overlap(rows, nodes, num_contacts, time_step, most, share):
-    """Sweeps that move the bodies until this share of each overlap is gone; at most ``most`` [m] of it counts."""
+    """Sweeps that move the bodies until this share of each overlap is gone; at most ``most`` [m] of it counts.
+
+    The gaps of the rows then contain what prescribed motion does to them within ``time_step`` [s].
+    """
     deepest = 0.0
     for i in range(num_contacts):
         row = rows[i]
-        gap = gap_after(row, nodes, time_step)
+        row.gap += time_step * row.prescribed[0]
+        gap = gap_after(row, nodes)
         row.push = 0.0
         row.floor = gap + share * min(-gap, most) if gap < 0.0 else 0.0
         deepest = max(deepest, -gap)
     if deepest == 0.0:
         return
-    for _ in range(POSITION_SWEEPS if deepest < most and share < 1.0 else MOST_POSITION_SWEEPS):
-        for i in range(num_contacts):
-            row = rows[i]
-            lack = row.floor - gap_after(row, nodes, time_step)
-            if row.local[0] > 0.0 and (lack > 0.0 or row.push > 0.0):
-                push = max(row.push + lack / row.local[0], 0.0)
-                shove(row, nodes, push - row.push)
-                row.push = push
+    crowd = share < 1.0
+    sweeps = POSITION_SWEEPS if deepest < most and crowd else MOST_POSITION_SWEEPS
+    sweep_positions(rows, nodes, num_contacts, 1, sweeps, LEFT * most if crowd else 0.0)
 
 
 @kernel
-def part(rows, nodes, num_contacts, enough):
-    """Sweeps that move the bodies until no gap is below its floor by more than ``enough`` [m]."""
-    for _ in range(MOST_PARTING_SWEEPS):
-        deepest = 0.0
+def sweep_positions(rows, nodes, num_contacts, first, last, enough):
+    """Move the bodies, by the sweeps first <= number <= last, until no gap is below its floor by more than ``enough``
+    [m].
+
+    A contact that is as near to its floor as that is left, and one whose bodies have not moved since it was looked at
+    is passed over: work goes where something moves. Returns whether all gaps are as they should be.
+    """
+    for number in range(first, last + 1):
+        still = True
         for i in range(num_contacts):
             row = rows[i]
-            lack = row.floor - gap_after(row, nodes, 0.0)
-            if row.local[0] > 0.0 and (lack > 0.0 or row.push > 0.0):
+            if max(nodes[row.a].shoved, nodes[row.b].shoved) < number - 1:
+                continue
+            lack = row.floor - gap_after(row, nodes)
+            if row.local[0] > 0.0 and (lack > enough or row.push > 0.0):
                 push = max(row.push + lack / row.local[0], 0.0)
-                shove(row, nodes, push - row.push)
-                row.push = push
-                deepest = max(deepest, lack)
-        if deepest <= enough:
-            return
+                if abs(push - row.push) * row.local[0] > enough:
+                    shove(row, nodes, push - row.push, number)
+                    row.push = push
+                    still = False
+        if still:
+            return True
+    return False
 
 
 @kernel
-def shove(row, nodes, multiplier):
-    """Move the bodies of a contact apart along its normal."""
-    node_a = nodes[row.a]
-    node_b = nodes[row.b]
+def _shift(node, multiplier, normal, answer, number):
+    vec3.store(node.moved, vec3.add_scaled(vec3.load(node.moved), node.inverse_mass * multiplier, normal))
+    vec3.store(node.turned, vec3.add_scaled(vec3.load(node.turned), multiplier, answer))
+    if node.shoved >= 0:
+        node.shoved = number
+
+
+@kernel
+def shove(row, nodes, multiplier, number):
+    """Move the bodies of a contact apart along its normal, in the sweep of this number."""
     normal = vec3.load(row.normal)
-    vec3.store(node_a.moved, vec3.add_scaled(vec3.load(node_a.moved), -node_a.inverse_mass * multiplier, normal))
-    vec3.store(node_a.turned, vec3.add_scaled(vec3.load(node_a.turned), -multiplier, vec3.load(row.answer_a)))
-    vec3.store(node_b.moved, vec3.add_scaled(vec3.load(node_b.moved), node_b.inverse_mass * multiplier, normal))
-    vec3.store(node_b.turned, vec3.add_scaled(vec3.load(node_b.turned), multiplier, vec3.load(row.answer_b)))
+    _shift(nodes[row.a], -multiplier, normal, vec3.load(row.answer_a), number)
+    _shift(nodes[row.b], multiplier, normal, vec3.load(row.answer_b), number)
 
 
 @kernel

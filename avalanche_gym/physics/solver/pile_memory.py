@@ -54,7 +54,11 @@ PILE_MOMENT = np.dtype(  # (contacts of the island,) rolling and torsional frict
 
 PILE_NODE = np.dtype(  # (dynamic bodies of the island + 1,); the last one stands for all that cannot be moved
     [
+        # All that the position sweeps read stands together, up to ``inverse_inertia``.
         ("inverse_mass", np.float64),  # [1/kg]
+        ("shoved", np.int64),  # number of the position sweep that moved it last; 0: none has, -1: it cannot be moved
+        ("moved", np.float64, 3),  # [m] since the start of the step
+        ("turned", np.float64, 3),  # [rad]
         ("inverse_inertia", np.float64, 6),  # [1/(kg m^2)] world frame: xx, xy, xz, yy, yz, zz
         ("velocity", np.float64, 3),  # [m/s]
         ("spin", np.float64, 3),  # [rad/s]
@@ -62,8 +66,6 @@ PILE_NODE = np.dtype(  # (dynamic bodies of the island + 1,); the last one stand
         ("spin_before", np.float64, 3),  # [rad/s]
         ("gain", np.float64, 3),  # [m/s] that flight adds in a substep
         ("spin_gain", np.float64, 3),  # [rad/s]
-        ("moved", np.float64, 3),  # [m] since the start of the step
-        ("turned", np.float64, 3),  # [rad]
         ("push", np.float64, 3),  # [N s] sum of the impulses of the step
         ("moment", np.float64, 3),  # [N m s]
     ],
