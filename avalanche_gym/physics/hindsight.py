@@ -34,7 +34,7 @@ from .response.bodies import shift
 from .response.pile import place_node, stand_still
 from .solver.pile import gap_after, sweep_positions
 from .solver.pile_memory import PILE_NODE, PILE_ROW
-from .solver.pile_response import prepare_response
+from .solver.pile_response import prepare_normal
 from .strays import mark_sliders, mark_strays, shallow
 
 # Contacts are found, and bodies swept apart, so many times at most: turned bodies show new faces again.
@@ -73,8 +73,8 @@ def part_overlaps(address, workspace_address, world, count):
             looked_at[index] = ALL_NEAR if marks[index] > 0 else 0
             before[index] = ends[index]
         close = _bring_to_front(header, workspace, world, 0, num_pairs, marks)
-        # What was moved overlaps something again, most often: all that is near is asked for at once.
-        near = 0.0 if number == 1 else NEAR
+        # What was moved, or went elsewhere in a crowd, overlaps something most often: all near it is asked for at once.
+        near = NEAR if number > 1 or header.step_pile != 0 else 0.0
         num_found, enough = _find_contacts_at_end(address, workspace_address, world, 0, close, near, np.int64(0))
         if not enough:
             _mark_overlapping(header, workspace, world, num_pairs, min(num_found, workspace.contacts_size), marks)
@@ -219,29 +219,27 @@ def _sweep_apart(header, workspace, world, count, num_found, marks, is_last):
         row.b = b if bodies[b].motion == DYNAMIC and rest[b].asleep == 0 else last
         point = vec3.load(contact.position)
         normal = vec3.load(contact.normal)
-        t1, t2 = vec3.tangents(normal)
         vec3.store(row.normal, normal)
-        vec3.store(row.t1, t1)
-        vec3.store(row.t2, t2)
         vec3.store(row.arm_a, vec3.sub(point, vec3.load(ends[a].center)))
         vec3.store(row.arm_b, vec3.sub(point, vec3.load(ends[b].center)))
-        vec3.store(row.prescribed, vec3.ZERO)
         row.gap = contact.gap
-        # What was deep before the step goes on parting at its pace (response/overlap.py).
-        start_gap = 0.0
-        same = chains[chain_of(bodies, a, b) % chains.shape[0]]
-        while same >= 0:
-            # What a part of the step began with was made within the step.
-            whole = listed[same].span == header.time_step
-            if whole and listed[same].body_a == a and listed[same].body_b == b:
-                start_gap = min(start_gap, listed[same].start_gap)
-            same = following[same]
-        way = header.time_step * (_speed(bodies[a], states[a]) + _speed(bodies[b], states[b]))
-        # Overlap that motion made is undone at once.
-        row.floor = min(start_gap + SLACK * contact.size, 0.0) if way <= SLACK * contact.size else 0.0
         row.push = 0.0
+        row.local[0] = prepare_normal(row, nodes)
+        # Overlap that motion made is undone at once.
+        row.floor = 0.0
+        way = header.time_step * (_speed(bodies[a], states[a]) + _speed(bodies[b], states[b]))
+        if way <= SLACK * contact.size:
+            # What was deep before the step goes on parting at its pace (response/overlap.py).
+            start_gap = 0.0
+            same = chains[chain_of(bodies, a, b) % chains.shape[0]]
+            while same >= 0:
+                # What a part of the step began with was made within the step.
+                whole = listed[same].span == header.time_step
+                if whole and listed[same].body_a == a and listed[same].body_b == b:
+                    start_gap = min(start_gap, listed[same].start_gap)
+                same = following[same]
+            row.floor = min(start_gap + SLACK * contact.size, 0.0)
         enough = min(enough, 0.1 * shallow(header) * contact.size)
-        prepare_response(row, nodes)
     # What went far is looked at again, and swept apart then.
     parted = sweep_positions(rows, nodes, num_found, 1, SWEEPS, enough)
     far = _mark_far(header, workspace, world, nodes, marks)

@@ -16,7 +16,10 @@ UNBOUNDED = (math.inf, math.inf, math.inf)
 def collider_box(header, collider, center, rotation):
     """Bounds (low, high) [m] of a collider; its body's principal frame is at ``center`` with ``rotation`` (9)."""
     middle = vec3.add(center, mat3.apply(rotation, vec3.load(collider.position)))
-    own = mat3.multiply(rotation, quat.to_matrix(quat.load(collider.orientation)))
+    own = rotation
+    q = collider.orientation
+    if q[1] != 0.0 or q[2] != 0.0 or q[3] != 0.0:
+        own = mat3.multiply(rotation, quat.to_matrix(quat.load(collider.orientation)))
     shape = collider.shape
     if shape == PLANE:
         return vec3.neg(UNBOUNDED), UNBOUNDED

@@ -45,9 +45,9 @@ def orientation(old, new):
 @kernel
 def likeness(old, new, stage):
     """Cosine between the normals if the old contact may be the new one, else -1."""
-    if old.island < 0:
-        return -1.0
     if stage < PLACE and old.pair != new.pair:
+        return -1.0
+    if old.island < 0:
         return -1.0
     sign = orientation(old, new)
     if sign == 0.0:

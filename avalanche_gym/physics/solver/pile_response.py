@@ -20,28 +20,38 @@ def respond(node, moment):
 
 
 @kernel
+def prepare_normal(row, nodes):
+    """How the bodies of a contact answer to its normal; returns W_nn [1/kg]."""
+    node_a = nodes[row.a]
+    node_b = nodes[row.b]
+    normal = vec3.load(row.normal)
+    a_n, b_n = vec3.cross(vec3.load(row.arm_a), normal), vec3.cross(vec3.load(row.arm_b), normal)
+    ia_n, ib_n = respond(node_a, a_n), respond(node_b, b_n)
+    vec3.store(row.lever_a, a_n)
+    vec3.store(row.lever_b, b_n)
+    vec3.store(row.answer_a, ia_n)
+    vec3.store(row.answer_b, ib_n)
+    return node_a.inverse_mass + node_b.inverse_mass + vec3.dot(a_n, ia_n) + vec3.dot(b_n, ib_n)
+
+
+@kernel
 def prepare_response(row, nodes):
     """W of a contact, its inverse, the length of its sliding steps, and how its bodies answer to its normal.
 
     Returns trace(W) / 3.
     """
+    nn = prepare_normal(row, nodes)
     node_a = nodes[row.a]
     node_b = nodes[row.b]
-    normal = vec3.load(row.normal)
     t1 = vec3.load(row.t1)
     t2 = vec3.load(row.t2)
     arm_a = vec3.load(row.arm_a)
     arm_b = vec3.load(row.arm_b)
-    a_n, a_1, a_2 = vec3.cross(arm_a, normal), vec3.cross(arm_a, t1), vec3.cross(arm_a, t2)
-    b_n, b_1, b_2 = vec3.cross(arm_b, normal), vec3.cross(arm_b, t1), vec3.cross(arm_b, t2)
-    ia_n, ia_1, ia_2 = respond(node_a, a_n), respond(node_a, a_1), respond(node_a, a_2)
-    ib_n, ib_1, ib_2 = respond(node_b, b_n), respond(node_b, b_1), respond(node_b, b_2)
-    vec3.store(row.lever_a, a_n)
-    vec3.store(row.lever_b, b_n)
-    vec3.store(row.answer_a, ia_n)
-    vec3.store(row.answer_b, ib_n)
+    a_1, a_2 = vec3.cross(arm_a, t1), vec3.cross(arm_a, t2)
+    b_1, b_2 = vec3.cross(arm_b, t1), vec3.cross(arm_b, t2)
+    ia_n, ia_1, ia_2 = vec3.load(row.answer_a), respond(node_a, a_1), respond(node_a, a_2)
+    ib_n, ib_1, ib_2 = vec3.load(row.answer_b), respond(node_b, b_1), respond(node_b, b_2)
     direct = node_a.inverse_mass + node_b.inverse_mass
-    nn = direct + vec3.dot(a_n, ia_n) + vec3.dot(b_n, ib_n)
     n1 = vec3.dot(a_1, ia_n) + vec3.dot(b_1, ib_n)
     n2 = vec3.dot(a_2, ia_n) + vec3.dot(b_2, ib_n)
     w11 = direct + vec3.dot(a_1, ia_1) + vec3.dot(b_1, ib_1)
