@@ -250,7 +250,7 @@ def rebounds(contact, approach, span, time_step):
 
 
 @kernel
-def sort_out(time_step, contacts, order, first, last, bounce_step):
+def sort_out(time_step, contacts, order, first, last, bounce_step, crowd):
     """Set ``persistent`` of the contacts of one island, order[first:last]; return whether one strikes at once, and the
     span [s] in which those that rest turn little enough to last.
 
@@ -259,9 +259,12 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
     the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
     tangent within the step: the smooth step is for small turns. Nor one that leaves so fast that it would end too far
     away to touch, or that bounces or has just done so, if ``bounce_step`` [s], the whole step, is not zero.
+    ``crowd``: whether the pile tier may step the island. Its bodies tremble, and what bears load leaves now and then by
+    more than TOUCH: there a contact lasts up to CREEP, for a heap that forgets such loads sinks.
     """
     struck = False
     calm = time_step
+    parting = CREEP if crowd else TOUCH
     for index in range(first, last):
         contact = contacts[order[index]]
         touches = contact.gap <= (TOUCH if contact.persistent == 1 else OVERLAP) * contact.size
@@ -271,7 +274,7 @@ def sort_out(time_step, contacts, order, first, last, bounce_step):
         bend = abs(contact.free_gap - linear)
         rests = kept
         kept = kept and bend <= SLACK * contact.size
-        leaves = 0.5 * time_step * contact.approach > TOUCH * contact.size
+        leaves = 0.5 * time_step * contact.approach > parting * contact.size
         leaves = leaves or rebounds(contact, -contact.approach, time_step, bounce_step)
         if leaves or not touches:
             # What it bore ended with the last step; begun with that, the solver would leave a trace of it.

@@ -66,8 +66,9 @@ def _step_island(address, workspace_address, world, island):
     if workspace.part == WHOLE and stands_still(contacts, order, first, last):
         _stand(address, workspace_address, world, island)
         return True
-    struck, calm = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events)
     first_body, last_body = _range(workspace.body_starts, island)
+    crowd = header.step_pile != 0 and last_body - first_body > 1
+    struck, calm = sort_out(workspace.span, contacts, order, first, last, header.time_step * header.events, crowd)
     few = last_body - first_body <= PAIR
     if header.events == 1 and few and calm == workspace.span and any_lasts(contacts, order, first, last):
         calm = _quiet_span(address, workspace_address, world, island)
@@ -166,7 +167,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             located = LIVELY
         if workspace.part == TO_IMPACT:
             last = located_last(contacts, order, first, last)
-            struck, _ = sort_out(time_step, contacts, order, first, last, header.time_step * header.events)
+            struck, _ = sort_out(time_step, contacts, order, first, last, header.time_step * header.events, False)
         table(workspace.waits, workspace.waits_size, np.int64)[island] = located
         # What rests may never get to where it would fall without its support: first it is seen whether it does.
         doubtful = lands and workspace.part == WHOLE and not (struck or swings)
