@@ -31,7 +31,7 @@ from .narrow_phase.collide import collide_bodies
 from .narrow_phase.moving_heights import place_ground
 from .narrow_phase.pair_query import aim, move_anyhow, query_at
 from .response.bodies import shift
-from .response.pile import place_node, stand_still
+from .response.pile_preparation import place_node, stand_still
 from .solver.pile import gap_after, sweep_positions
 from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.pile_response import prepare_normal

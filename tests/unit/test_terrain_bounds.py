@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from avalanche_gym.physics.model import BOX, CAPSULE
-from avalanche_gym.physics.narrow_phase.feature_contacts import _crossing, _may_cross
-from avalanche_gym.physics.narrow_phase.height_field import comes_over_facet, may_come_over_facet, over_facet, slopes
+from avalanche_gym.physics.narrow_phase.edge_crossings import crossing, may_cross
+from avalanche_gym.physics.narrow_phase.height_field_facets import (
+    comes_over_facet,
+    may_come_over_facet,
+    over_facet,
+    slopes,
+)
 from avalanche_gym.physics.narrow_phase.height_field_grid import grid_of, sample
 from avalanche_gym.physics.narrow_phase.terrain_features import TILT, put_edge
 from avalanche_gym.physics.narrow_phase.terrain_shape import FIRST_FEATURE_ROW, put_shape
@@ -82,9 +87,9 @@ def test_edges_that_cross_are_within_the_bound(shape, size):
             edge = [floats(x) if np.ndim(x) else float(x) for x in (start, e, length, m1, m2, out)]
             put_edge(scratch, FIRST_FEATURE_ROW, *edge, 7)
             local, along = floats((start - position) @ frame), floats(e @ frame)
-            crossed = _may_cross(scratch, FIRST_FEATURE_ROW, local, along) if bounded else ALL[shape]
+            crossed = may_cross(scratch, FIRST_FEATURE_ROW, local, along) if bounded else ALL[shape]
             passed_over += crossed == 0
-            counts.append(_crossing(scratch, FIRST_FEATURE_ROW, crossed, 0))
+            counts.append(crossing(scratch, FIRST_FEATURE_ROW, crossed, 0))
         assert counts[0] == counts[1]
         np.testing.assert_array_equal(tables[0, : counts[0]], tables[1, : counts[1]])
         accepted += counts[0] > 0

@@ -9,7 +9,8 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .height_field import corners_against_faces, highest_below, highest_between
-from .height_field_grid import cell_index, grid_of, list_features, sample, upward_normal
+from .height_field_features import list_features
+from .height_field_grid import cell_index, grid_of, sample, upward_normal
 from .mesh_depth import DEEPER, leave_out_far, tells_of_depth, terrain_is_deep
 from .mesh_edges import edges_of_leaf, vertices_beside_edges
 from .mesh_pieces import box_of, depths, half_diagonal, lowest_corner, node_core, prospects, put_node, turn_round
