@@ -1,9 +1,10 @@
 """The contact solver alone: the problems of a scene, recorded as its steps prepare them, solved again and timed.
 
-    python -m benchmarks.solver [push pile push_terrain] [--repeats 5]
+    python -m benchmarks.solver [push pile push_terrain rolling] [--repeats 5]
 
 ``push`` is the small push scene with default options, ``pile`` the steps 30 to 90 of the hard case ``pile_100`` (its
-small islands; the pile tier keeps what it steps), ``push_terrain`` the environment. A line each: the problems, CPU time
+small islands; the pile tier keeps what it steps), ``push_terrain`` the environment, ``rolling`` compounds of three
+shapes with rolling friction that fall on rough ground. A line each: the problems, CPU time
 and factorisations of one, how many miss their tolerance and by how much, and how far down the chain they went. What
 changes the solver is compared on the same problems, in turns with the state before it.
 """
@@ -34,6 +35,7 @@ from avalanche_gym.physics.solver.workspace import NODE, ROW, Workspace
 Array = np.ndarray
 LANES, PUSHES, ACTIONS = 16, 30, 40  # worlds of the scenes with several, and environment steps that are recorded
 FIRST, STEPS = 30, 60  # of the pile
+ROLLERS, ROLLING_STEPS = 9, 180  # compounds of a world, fewer than a crowd, and steps in which they land
 MOST_BODIES = 1024  # of an island
 
 
@@ -111,7 +113,27 @@ def push_terrain() -> Problems:
     return record(env.unwrapped.task.world, lambda: [env.step(env.action_space.sample()) for _ in range(ACTIONS)])
 
 
-SOURCES = {"push": push, "pile": falling_pile, "push_terrain": push_terrain}
+def rolling() -> Problems:
+    generator = np.random.default_rng(0)
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    stuff = physics.Material(friction=0.7, rolling_friction=0.005)
+    heights = generator.normal(scale=0.05, size=(33, 33))
+    scene.add_body(physics.HeightField(heights, (8.0, 8.0)), motion="static", material=stuff)
+    shapes = (physics.Capsule(0.04, 0.12), physics.Cylinder(0.06, 0.05), physics.Box((0.08, 0.05, 0.03)))
+    for place in range(ROLLERS):
+        turns = generator.normal(size=(len(shapes), 4))
+        turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+        parts = [(shape, generator.normal(scale=0.08, size=3), turn) for shape, turn in zip(shapes, turns, strict=True)]
+        at = (1.8 * (place % 3 - 1), 1.8 * (place // 3 - 1), 0.5)
+        scene.add_body(physics.Compound(parts), density=500.0, position=at, material=stuff)
+    world = physics.World(scene, LANES, physics.Options(time_step=1.0 / 120.0, sleeping=False))
+    for body in range(1, ROLLERS + 1):
+        world.set_state(body, angular_velocity=generator.normal(scale=3.0, size=(LANES, 3)))
+    return record(world, lambda: world.step(ROLLING_STEPS))
+
+
+SOURCES = {"push": push, "pile": falling_pile, "push_terrain": push_terrain, "rolling": rolling}
 
 
 @entry_point

@@ -79,6 +79,7 @@ def part_overlaps(address, workspace_address, world, count):
         if not enough:
             _mark_overlapping(header, workspace, world, num_pairs, min(num_found, workspace.contacts_size), marks)
             if near == 0.0:
+                # Only what overlaps is known so far: these are asked again, for what is near as well.
                 close, num_found = np.int64(0), np.int64(0)
             last = _bring_to_front(header, workspace, world, close, num_pairs, marks)
             num_found, _ = _find_contacts_at_end(address, workspace_address, world, close, last, NEAR, num_found)

@@ -5,13 +5,8 @@ import pytest
 
 from avalanche_gym.physics.model import BOX, CAPSULE
 from avalanche_gym.physics.narrow_phase.edge_crossings import crossing, may_cross
-from avalanche_gym.physics.narrow_phase.height_field_facets import (
-    comes_over_facet,
-    may_come_over_facet,
-    over_facet,
-    slopes,
-)
-from avalanche_gym.physics.narrow_phase.height_field_grid import grid_of, sample
+from avalanche_gym.physics.narrow_phase.height_field_facets import comes_over_facet, may_come_over_facet, over_facet
+from avalanche_gym.physics.narrow_phase.height_field_grid import grid_of, sample, slopes
 from avalanche_gym.physics.narrow_phase.terrain_features import TILT, put_edge
 from avalanche_gym.physics.narrow_phase.terrain_shape import FIRST_FEATURE_ROW, put_shape
 from tests.oracles.terrain_oracle import IDENTITY, ORIGIN, floats, height_field, rotation_matrix

@@ -48,7 +48,7 @@ class RunLibrary(codegen.JITCodeLibrary):
 
     Nobody else calls those kernels, and LLVM is told: it leaves out arguments that are not needed (a table is seven, of
     which a kernel reads one or two), errors that cannot be, and copies of what is called once. Numba leaves every
-    function open to callers that LLVM does not see; that made a step take a sixth longer.
+    function open to callers that LLVM does not see, and every call then moves all of that.
     """
 
     def _optimize_final_module(self) -> None:

@@ -9,7 +9,7 @@ Numba counts a reference for every array that is an argument, and takes it back 
 the time, so these two calls do nothing but spill the registers of every kernel that is given a table: they are left out
 too.
 
-Numba asks of every index whether it is negative, and then counts from the end. No kernel does (test_jit_indices.py).
+Numba asks of every index whether it is negative, and then counts from the end. No kernel does (test_jit_libraries.py).
 """
 
 from __future__ import annotations

@@ -24,9 +24,9 @@ from ..jit import kernel
 from ..maths import vec3
 from ..model import BOX, SPHERE
 from .feature_contacts import collide_features
-from .height_field_facets import cells_around, comes_over_facet, may_come_over_facet, over_facet, slopes, surface_point
+from .height_field_facets import cells_around, comes_over_facet, may_come_over_facet, over_facet, surface_point
 from .height_field_features import list_features
-from .height_field_grid import cell_index, cell_range, grid_of, outside, sample
+from .height_field_grid import cell_index, cell_range, grid_of, outside, sample, slopes
 from .height_field_walls import wall_in_front
 from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_shape import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import vec3
-from .height_field_grid import bend_of, cell_index, sample
+from .height_field_grid import bend_of, cell_index, sample, slopes
 from .triangle import REGION_SLACK, closest_point
 
 # A corner below the surface looks for the nearest point of it this many cells around; deeper ones take the face above.
@@ -20,18 +20,6 @@ def cells_around(grid, rows, columns, p, reach):
         cell_index(p[0] - reach - grid[0], grid[4], columns - 1),
         cell_index(p[0] + reach - grid[0], grid[4], columns - 1),
     )
-
-
-@kernel
-def slopes(grid, heights, corner, columns, upper):
-    """Slopes dz/dx and dz/dy of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
-    a = heights[corner]
-    c = heights[corner + columns + 1]
-    if upper == 0:
-        b = heights[corner + 1]
-        return (b - a) * grid[4], (c - b) * grid[5]
-    d = heights[corner + columns]
-    return (c - d) * grid[4], (d - a) * grid[5]
 
 
 @kernel

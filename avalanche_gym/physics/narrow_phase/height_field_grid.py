@@ -62,15 +62,23 @@ def cell_index(distance, inverse_spacing, cells):
 
 
 @kernel
-def upward_normal(grid, heights, corner, columns, upper):
-    """Normal of a facet with z component 1."""
+def slopes(grid, heights, corner, columns, upper):
+    """Slopes dz/dx and dz/dy of triangle ABC (``upper`` 0) or ACD (1) of the cell whose A is sample ``corner``."""
     a = heights[corner]
     c = heights[corner + columns + 1]
     if upper == 0:
         b = heights[corner + 1]
-        return ((a - b) * grid[4], (b - c) * grid[5], 1.0)
+        return (b - a) * grid[4], (c - b) * grid[5]
     d = heights[corner + columns]
-    return ((d - c) * grid[4], (a - d) * grid[5], 1.0)
+    return (c - d) * grid[4], (d - a) * grid[5]
+
+
+@kernel
+def upward_normal(grid, heights, corner, columns, upper):
+    """Normal of a facet with z component 1."""
+    slope_x, slope_y = slopes(grid, heights, corner, columns, upper)
+    # Not negated: a flat facet has +0.
+    return (0.0 - slope_x, 0.0 - slope_y, 1.0)
 
 
 @kernel

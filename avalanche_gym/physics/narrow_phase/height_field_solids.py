@@ -14,9 +14,9 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import FLAT_POINTS, toward_plane
 from .height_field import corners_against_faces, highest_below
-from .height_field_facets import comes_over_facet, over_facet, slopes, surface_point
+from .height_field_facets import comes_over_facet, over_facet, surface_point
 from .height_field_features import list_features
-from .height_field_grid import cell_index, grid_of, sample
+from .height_field_grid import cell_index, grid_of, sample, slopes
 from .height_field_walls import facet_height, wall_in_front
 from .terrain_candidates import FACE_PLACE, POINT, WALL_PLACE, add_candidate, emit_candidates, feature_of
 from .terrain_cylinder import cylinder_features, put_cylinder

@@ -8,7 +8,7 @@ from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import BETWEEN, DYNAMIC, ON_A
 from .bodies import turn_by, turned
-from .creep import drifts_away, gap_closing
+from .creep import drifts_away, gap_closing, moved_together
 
 # A prediction whose contacts end within this fraction of the smaller body of where they were expected is good enough;
 # else the solution serves as the next prediction. Larger: order 1 where forces change abruptly.
@@ -96,7 +96,7 @@ def expect_supported(starts, time_step, whole_step, contacts, order, first, last
     body = bodies[handle]
     place = quat.load(starts[handle].orientation)
     center = vec3.load(starts[handle].center)
-    drifts = drifts_away(bodies, contacts, order, first, last, (-1, handle))
+    drifts = drifts_away(bodies, contacts, order, first, last, moved_together(bodies, contacts[order[first]]))
     change = vec3.ZERO
     turn = vec3.ZERO
     several = last - first > 1

@@ -168,22 +168,9 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
         fresh = True
         while True:
             best, used, solved = newton(
-                rows,
-                nodes,
-                blocks,
-                index,
-                num_contacts,
-                num_bodies,
-                num_handles,
-                slots,
-                violation,
-                tolerance,
-                present,
-                best,
-                delta,
-                min(budget, max_iterations - spent),
-                fresh,
-            )
+                rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation, tolerance,
+                present, best, delta, min(budget, max_iterations - spent), fresh,
+            )  # fmt: skip
             spent += used
             if solved:
                 return min(best, tolerance), spent, method
@@ -200,33 +187,14 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             elif rows[num_contacts - 1].of >= 0:
                 restore_best(rows, num_contacts)
                 spent += solve_contacts_alone(
-                    rows,
-                    nodes,
-                    blocks,
-                    index,
-                    num_contacts,
-                    num_bodies,
-                    num_handles,
-                    slots,
-                    violation,
-                    max(goal, 0.5 * tolerance),
-                    min(INTERIOR_BUDGET, max_iterations - spent),
-                )
+                    rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation,
+                    max(goal, 0.5 * tolerance), min(INTERIOR_BUDGET, max_iterations - spent),
+                )  # fmt: skip
             else:
                 best, used = interior_point(
-                    rows,
-                    nodes,
-                    blocks,
-                    index,
-                    num_contacts,
-                    num_bodies,
-                    num_handles,
-                    slots,
-                    violation,
-                    max(goal, 0.5 * tolerance),
-                    best,
-                    min(INTERIOR_BUDGET, max_iterations - spent),
-                )
+                    rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation,
+                    max(goal, 0.5 * tolerance), best, min(INTERIOR_BUDGET, max_iterations - spent),
+                )  # fmt: skip
                 spent += used
             present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
             fresh = False
