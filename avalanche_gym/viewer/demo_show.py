@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ..physics.scenes.demos import DEMOS, PLANET_RADIUS, TERRAIN_HEIGHT, Carpet, Demo, Planet, Showcase, Terrain
+from ..physics.scenes.demos import DEMOS, PLANET_RADIUS, TERRAIN_HEIGHT, Carpet, Planet, Showcase, Terrain
+from ..physics.scenes.falling_bodies import Demo
 from ..physics.shapes import HeightField
 from ..physics.world import World
 from ..rendering import (

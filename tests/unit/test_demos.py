@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from avalanche_gym import physics
-from avalanche_gym.physics.scenes import demos
+from avalanche_gym.physics.scenes import demos, falling_bodies
 
 
 def test_extents_and_gravity_are_those_of_the_original():
@@ -24,7 +24,7 @@ def test_extents_and_gravity_are_those_of_the_original():
 
 
 def test_solids_are_regular():
-    for solid, num_faces in ((demos.octahedron(0.5), 8), (demos.dodecahedron(0.5), 36)):
+    for solid, num_faces in ((falling_bodies.octahedron(0.5), 8), (falling_bodies.dodecahedron(0.5), 36)):
         np.testing.assert_allclose(np.linalg.norm(solid.vertices, axis=1), 0.5)
         assert len(solid.faces) == num_faces
         moments = np.linalg.eigvalsh(solid.mass_properties().inertia)

@@ -7,7 +7,16 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.special import ellipj
 
-from avalanche_gym.physics.scenes import HARD_CASES, bounces, flight, friction, terrain, tops, travelling_wave
+from avalanche_gym.physics.scenes import (
+    HARD_CASES,
+    bounces,
+    flight,
+    friction,
+    swinging_plate,
+    terrain,
+    tops,
+    travelling_wave,
+)
 from avalanche_gym.physics.scenes import flight_reference as exact
 from avalanche_gym.physics.scenes.case import GRAVITY, Recording, angle_between, rotation_matrices
 from tests.oracles.top_oracle import top_motion
@@ -184,14 +193,14 @@ def test_swinging_plate_by_small_steps(ratio):
     """Stick-slip by brute force: friction gives what it can in each of many short steps."""
     end, count = 2.0, 400_000
     step = end / count
-    amplitude, most = friction.swing_amplitude(ratio), friction.SWING_FRICTION * GRAVITY
+    amplitude, most = swinging_plate.swing_amplitude(ratio), swinging_plate.SWING_FRICTION * GRAVITY
     times = step * np.arange(1, count + 1)
-    plate = amplitude * friction.SWING_RATE * np.cos(friction.SWING_RATE * times)
-    place, speed, limit = 0.0, amplitude * friction.SWING_RATE, most * step
+    plate = amplitude * swinging_plate.SWING_RATE * np.cos(swinging_plate.SWING_RATE * times)
+    place, speed, limit = 0.0, amplitude * swinging_plate.SWING_RATE, most * step
     for wanted in plate.tolist():
         speed += min(limit, max(-limit, wanted - speed))
         place += speed * step
-    assert friction.swing_motion(ratio, end) == pytest.approx(place, abs=2e-5)
+    assert swinging_plate.swing_motion(ratio, end) == pytest.approx(place, abs=2e-5)
 
 
 def test_steady_rolling_obeys_newton_and_euler():
