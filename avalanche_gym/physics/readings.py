@@ -31,7 +31,7 @@ CONTACT_DTYPE = np.dtype(
 
 
 class Readings:
-    """The part of a World that reads its tables; World builds and changes them."""
+    """The part of a World that reads its tables; those that inherit it change and build them."""
 
     scene: Scene
     _storage: Storage
@@ -149,6 +149,12 @@ class Readings:
     def angular_momentum(self) -> NDArray[np.float64]:
         """(worlds, 3) [kg m^2/s] of the dynamic bodies about the world's origin."""
         return self._measure()[1][:, 3:]
+
+    @property
+    def sleeping(self) -> NDArray[np.bool_]:
+        """(worlds, bodies) whether a body is asleep: in balance, and left alone until something disturbs it."""
+        asleep: NDArray[np.bool_] = self._storage.arrays["rest"]["asleep"] > 0
+        return asleep
 
     def contacts(self, world: int = 0) -> NDArray[Any]:
         """The contacts of the last step of one world, as records of CONTACT_DTYPE; those of what sleeps come last."""
