@@ -5,8 +5,7 @@ Everything here is per unit density: multiply the volume and the inertia by the 
 Closed meshes. Each face (a, b, c), counter-clockwise seen from outside, spans a tetrahedron with a reference point;
 its signed volume is det[a b c] / 6. Over the tetrahedron (0, a, b, c) the integrals of 1, x and x x^T are polynomials
 in the corners, so their signed sum over the faces is exact (Mirtich 1996, "Fast and accurate computation of polyhedral
-mass
-properties"; Eberly 2002, "Polyhedral mass properties (revisited)"):
+mass properties"; Eberly 2002, "Polyhedral mass properties (revisited)"):
 
     D = det[a b c],    s = a + b + c,
     V = D / 6,    int x = D / 24 s,    int x x^T = D / 120 (a a^T + b b^T + c c^T + s s^T).
