@@ -5,8 +5,7 @@ its own frame; the numbers point into the tables of the hulls and are zero for t
 cores (a point, a segment) with a radius that the caller takes off the gap. A *placed* solid is (solid, position,
 rotation).
 
-Faces are numbered: box as in box.py (2 * axis + 1 on the positive side), cylinder 0 at -z and 1 at +z, hull as in its
-table.
+Faces are numbered: box as in box_faces.py, cylinder 0 at -z and 1 at +z, hull as in its table.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import math
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..model import BOX, CAPSULE, CYLINDER, HULL, SPHERE
-from .box import aligned_face, face_frame
+from .box_faces import aligned_face, face_frame
 from .polytope import set_vertex
 
 
