@@ -17,7 +17,8 @@ import numpy as np
 from ..jit import kernel
 from ..maths import vec3
 from .feature_contacts import collide_features
-from .mesh_features import list_faces, list_features, listed_face
+from .mesh_faces import list_faces, listed_face
+from .mesh_features import list_features
 from .mesh_side import corners_of, side_of
 from .mesh_surface import base_of, is_inside, push_out
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .mesh_features import listed_face
+from .mesh_faces import listed_face
 from .mesh_side import corners_of, side_of
 from .terrain_shape import CENTER_ROW, FIRST_FEATURE_ROW, get
 from .triangle import in_prism

@@ -18,7 +18,8 @@ from ..maths import mat3, vec3
 from .mesh import corners_against_mesh
 from .mesh_depth import DEEPER, leaf_is_deep, leave_out_far, tells_of_depth, terrain_is_deep
 from .mesh_edges import edges_of_leaf, vertices_beside_edges
-from .mesh_features import LISTED_FACES, leaves_near, list_features, list_near, listed_face, put_listed_face
+from .mesh_faces import LISTED_FACES, leaves_near, list_near, listed_face, put_listed_face
+from .mesh_features import list_features
 from .mesh_pieces import depths, half_diagonal, lowest_corner, node_core, prospects, put_node, turn_round
 from .mesh_side import side_of
 from .mesh_surface import middle_behind

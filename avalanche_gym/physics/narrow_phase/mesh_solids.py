@@ -8,7 +8,8 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import FLAT_POINTS, toward_plane
 from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, open_mesh, over_face
-from .mesh_features import list_faces, list_features, listed_face
+from .mesh_faces import list_faces, listed_face
+from .mesh_features import list_features
 from .mesh_side import side_of
 from .mesh_surface import is_way_out, push_out
 from .terrain_candidates import FACE_PLACE, POINT, add_candidate, emit_candidates, feature_of
