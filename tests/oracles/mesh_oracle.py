@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avalanche_gym.physics.model import CONTACT
-from avalanche_gym.physics.narrow_phase.mesh_height_field import collide_mesh_height_field, collide_mesh_smooth_field
+from avalanche_gym.physics.narrow_phase.mesh_height_field import collide_mesh_height_field
 from avalanche_gym.physics.narrow_phase.mesh_mesh import collide_meshes
+from avalanche_gym.physics.narrow_phase.mesh_smooth_field import collide_mesh_smooth_field
 from avalanche_gym.physics.narrow_phase.path import STILL
 from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
 from tests.oracles.terrain_oracle import floats

@@ -15,7 +15,8 @@ from scipy.spatial import ConvexHull
 
 from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, CYLINDER, HULL, HULL_FACE_ROW, HULL_ROW, PLANE, SPHERE
 from avalanche_gym.physics.narrow_phase.box import box_box
-from avalanche_gym.physics.narrow_phase.capsule import capsule_box, capsule_capsule
+from avalanche_gym.physics.narrow_phase.capsule import capsule_capsule
+from avalanche_gym.physics.narrow_phase.capsule_box import capsule_box
 from avalanche_gym.physics.narrow_phase.cylinder import cylinder_plane, sphere_cylinder
 from avalanche_gym.physics.narrow_phase.hull import collide_convex
 from avalanche_gym.physics.narrow_phase.hull_plane import hull_plane

@@ -7,7 +7,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize
 
 from avalanche_gym.physics.model import CONTACT, HEIGHT_FIELD_ROW
-from avalanche_gym.physics.narrow_phase import smooth_field
+from avalanche_gym.physics.narrow_phase import smooth_cylinder, smooth_field
 from avalanche_gym.physics.shapes.height_spline import pool_of_field
 from tests.oracles.terrain_oracle import IDENTITY, ORIGIN, floats
 
@@ -80,7 +80,7 @@ def box_contacts(position, rotation, size, terrain, margin, place=(ORIGIN, IDENT
 
 
 def cylinder_contacts(position, rotation, size, terrain, margin, place=(ORIGIN, IDENTITY)):
-    return _contacts(smooth_field.collide_cylinder, (), position, rotation, (floats(size),), terrain, margin, place)
+    return _contacts(smooth_cylinder.collide_cylinder, (), position, rotation, (floats(size),), terrain, margin, place)
 
 
 def hull_contacts(position, rotation, prepared, terrain, margin, place=(ORIGIN, IDENTITY)):

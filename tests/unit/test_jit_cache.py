@@ -137,7 +137,8 @@ ROOTS = (
     "hindsight.py",
     "groups/stage.py",
     "events/impact_time.py",
-    "narrow_phase/pairs.py",
+    "narrow_phase/convex_pairs.py",
+    "narrow_phase/terrain_pairs.py",
     "frames.py",
     "diagnostics.py",
     "probes/ask.py",
@@ -183,7 +184,7 @@ def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkey
     for name in ("model.py", "memory.py", "maths/vec3.py"):
         assert changed[name] == set(ROOTS)
     assert "response/solving.py" in changed["solver/newton.py"]
-    assert "narrow_phase/pairs.py" in changed["narrow_phase/box.py"]
+    assert "narrow_phase/convex_pairs.py" in changed["narrow_phase/box.py"]
     # Code behind an address is not part of its caller.
     assert "pipeline.py" not in changed["solver/newton.py"]
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from avalanche_gym.physics import ConvexHull
 from avalanche_gym.physics.model import CAPSULE, PLACE_BITS, SLIDING, SPHERE
-from avalanche_gym.physics.narrow_phase.smooth_field import RIM
+from avalanche_gym.physics.narrow_phase.smooth_cylinder import RIM
 from avalanche_gym.physics.narrow_phase.smooth_surface import coefficients_of, jet, patch_of, signed_distance
 from avalanche_gym.physics.shapes.height_spline import spline_coefficients
 from avalanche_gym.physics.shapes.hull_preparation import prepare_hull

@@ -111,8 +111,18 @@ def lowest_corner(vertices, faces, node, n):
 
 
 @kernel
+def is_near_plane(height, n, path, margin, rest):
+    """Whether what is this high [m, times the length of n] above a plane with normal n counts as near to it."""
+    if height <= 0.0:
+        return True
+    beyond = max(0.0, height - NEAR_MOTIONS * max(0.0, -vec3.dot(n, path)))
+    square = vec3.norm_squared(n)
+    return beyond * beyond <= rest * rest * square and height * height <= margin * margin * square
+
+
+@kernel
 def node_core(vertices, faces, node, origin, axes, margin, rest, seen):
-    """A node of the moving mesh as ``list_near`` (mesh_features.py) asks for it, the bounds drawn to what it can meet.
+    """A node of the moving mesh as ``list_near`` (mesh_faces.py) asks for it, the bounds drawn to what it can meet.
 
     Args:
         node: NODE_ROW of the mesh.
