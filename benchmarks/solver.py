@@ -25,7 +25,7 @@ import numpy as np
 import avalanche_gym  # noqa: F401  registers the environments
 from avalanche_gym import physics
 from avalanche_gym.physics.jit import entry_point
-from avalanche_gym.physics.memory import WORKSPACE
+from avalanche_gym.physics.layout import WORKSPACE
 from avalanche_gym.physics.report import METHODS
 from avalanche_gym.physics.scenes.piles import pile
 from avalanche_gym.physics.scenes.push import PUSH_STEP, PUSH_STEPS, PUSHED, push_impulses, push_scene

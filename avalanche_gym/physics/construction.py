@@ -36,7 +36,7 @@ MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
 
 @dataclass
 class Tables:
-    """Everything a scene says, as arrays for one world; ``arrays`` by the names of memory.py."""
+    """Everything a scene says, as arrays for one world; ``arrays`` by the names of layout.py."""
 
     arrays: dict[str, NDArray[Any]]
     public: dict[str, NDArray[np.float64]]  # (bodies, 3 | 4) the initial public arrays

@@ -1,7 +1,7 @@
 """The tables of a world: what is constant (Model) and what changes (State).
 
-Every table is one NumPy array of records whose fields are declared here with shape, unit and frame; memory.py says how
-kernels reach them.
+Every table is one NumPy array of records whose fields are declared with shape, unit and frame, here or, for the shapes,
+in shape_rows.py; layout.py lists them by name, and memory.py says how kernels reach them.
 
 Inside the engine a dynamic body is described in its *principal frame*: origin at the centre of mass, axes along the
 principal axes of inertia. The user's frame (``position``, ``orientation``) is the one the shape was given in;
@@ -69,8 +69,7 @@ CROWD = 4
 # [steps] that the exact tier waits at most until it tries an island of a crowd again that it could not solve.
 LONGEST_PAUSE = 127
 
-# --- Model: constant while the world steps
-# -----------------------------------------------------------------------------
+# Model: constant while the world steps.
 
 BODY = np.dtype(  # (worlds, bodies)
     [
@@ -119,110 +118,11 @@ FIELD = np.dtype(  # (fields,)
     align=True,
 )
 
-# Pools of the samples of all height fields, of one world or of each: heights and how they move.
-HEIGHT_POOLS = ("heights", "height_rates", "height_rates_before", "height_rate_changes")
-
-# Rows of shape tables end in _ROW: the bare names are the codes of the shapes.
-
-HEIGHT_FIELD_ROW = np.dtype(  # (height fields,)
-    [
-        ("rows", np.int64),  # along y
-        ("columns", np.int64),  # along x
-        ("extent", np.float64, 2),  # [m] along x, along y; centred on the collider
-        ("first", np.int64),  # of its samples in the pool of heights, row by row
-        ("smooth", np.int64),  # 1: its spline coefficients (rows + 2, columns + 2) follow the samples; 0: facets
-        ("size", np.int64),  # of its part of the pool: samples and coefficients
-        ("lowest", np.float64),  # [m] over all worlds
-        ("highest", np.float64),
-    ],
-    align=True,
-)
-
-MESH_ROW = np.dtype(  # (meshes,)
-    [
-        ("first_vertex", np.int64),  # in the pool of vertices; indices in FACE_ROW and NODE_ROW count from the firsts
-        ("num_vertices", np.int64),
-        ("first_face", np.int64),
-        ("num_faces", np.int64),
-        ("first_node", np.int64),
-        ("num_nodes", np.int64),
-        ("closed", np.int64),  # 1: it bounds a solid
-        ("two_sided", np.int64),  # 1: a sheet that acts on both sides
-        ("lower", np.float64, 3),  # [m] bounds, mesh frame
-        ("upper", np.float64, 3),
-    ],
-    align=True,
-)
-
-VERTEX_ROW = np.dtype(  # (vertices of all meshes,)
-    [
-        ("position", np.float64, 3),  # [m] mesh frame
-        ("normal", np.float64, 3),  # unit, angle-weighted pseudo-normal: its sign tells inside from outside
-        ("rim", np.int64),  # 1: on the border of an open mesh
-    ],
-    align=True,
-)
-
-FACE_ROW = np.dtype(  # (faces of all meshes,), in the order of the tree's leaves
-    [
-        ("vertices", np.int32, 3),  # counter-clockwise from the free side
-        ("neighbours", np.int32, 3),  # face across the edge from vertex k to k + 1; -1 at a rim
-        ("flags", np.int32),  # bit k: answers for edge k, which sticks out; bit 3 + k: answers for vertex k
-        ("normal", np.float64, 3),  # unit, into the free side
-    ],
-    align=True,
-)
-
-NODE_ROW = np.dtype(  # (tree nodes of all meshes,), depth first
-    [
-        ("lower", np.float32, 3),  # [m] bounds, rounded outwards
-        ("upper", np.float32, 3),
-        ("skip", np.int32),  # the node that follows this subtree
-        ("first", np.int32),  # leaf: its first face
-        ("count", np.int32),  # leaf: number of faces; 0 for an inner node
-    ]
-)
-
-HULL_ROW = np.dtype(  # (hulls,)
-    [
-        ("first_vertex", np.int64),  # in the pool of points
-        ("num_vertices", np.int64),
-        ("first_face", np.int64),  # in the pool of faces
-        ("num_faces", np.int64),
-        ("radius", np.float64),  # [m] of the smallest sphere about the origin of its frame that holds it
-        ("first_edge", np.int64),  # in the pool of edges
-        ("num_edges", np.int64),
-        ("center", np.float64, 3),  # [m] mean of its vertices, inside of it
-        ("half", np.float64, 3),  # [m] half extents of a box about ``center`` that holds it
-    ],
-    align=True,
-)
-
-HULL_FACE_ROW = np.dtype(  # (faces of all hulls,)
-    [
-        ("normal", np.float64, 3),  # unit, outward, hull frame
-        ("first_corner", np.int64),  # in the pool of corners: vertex numbers that count from the hull's first vertex
-        ("num_corners", np.int64),  # at most MOST_CORNERS
-    ],
-    align=True,
-)
-
-HULL_EDGE_ROW = np.dtype(  # (edges of all hulls,)
-    [
-        ("start", np.int64),  # vertices, counted from the hull's first one
-        ("end", np.int64),
-        ("into_left", np.float64, 3),  # unit, at right angles to the edge into its one face, hull frame
-        ("into_right", np.float64, 3),  # ... into its other face
-    ],
-    align=True,
-)
-
 PAIR_RULE = np.dtype(  # (materials, materials): set_pair; NaN where the bodies' own values are mixed
     [("friction", np.float64), ("restitution", np.float64)], align=True
 )
 
-# --- State: what a step changes
-# ----------------------------------------------------------------------------------------
+# State: what a step changes.
 
 BODY_STATE = np.dtype(  # (worlds, bodies)
     [
@@ -230,11 +130,8 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
         ("orientation", np.float64, 4),  # quaternion: principal frame -> world
         ("velocity", np.float64, 3),  # [m/s] of the centre of mass, world frame
         ("angular_velocity", np.float64, 3),  # [rad/s] world frame
-        (
-            "angular_momentum",
-            np.float64,
-            3,
-        ),  # [kg m^2/s] world frame; holds while angular_velocity is what follows from it
+        ("angular_momentum", np.float64, 3),  # [kg m^2/s] world frame; holds while angular_velocity is what follows
+        # from it
         ("force", np.float64, 3),  # [N] at the centre of mass, held until the end of the call; of a driven body its
         # acceleration [m/s^2] within the step
         ("torque", np.float64, 3),  # [N m] about the centre of mass; of a driven body [rad/s^2]
@@ -284,10 +181,8 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("moment", np.float64, 3),  # [N m s] on b, of rolling and torsional friction
         ("span", np.float64),  # [s] over which ``impulse`` and ``moment`` acted; 0: at once
         ("blow", np.float64, 3),  # [N s] impulse on b before that, in the same step
-        (
-            "radius_a",
-            np.float64,
-        ),  # [m] of the rounding of a at the contact: of a sphere, capsule or rolling cylinder, else 0
+        ("radius_a", np.float64),  # [m] of the rounding of a at the contact: of a sphere, capsule or rolling cylinder,
+        # else 0
         ("radius_b", np.float64),
         ("friction", np.float64),
         ("restitution", np.float64),
@@ -301,11 +196,8 @@ CONTACT = np.dtype(  # (worlds, capacity): the contacts of the last step, sorted
         ("approach", np.float64),  # [m/s] normal velocity at the start of the step
         ("free", np.float64),  # [m/s] the same at the end of the step without impulses
         ("free_gap", np.float64),  # [m] at the end of the step without impulses
-        (
-            "surface_velocity",
-            np.float64,
-            3,
-        ),  # [m/s] of b's surface against a's, beyond the rigid motions (moving heights), where it was asked for
+        ("surface_velocity", np.float64, 3),  # [m/s] of b's surface against a's, beyond the rigid motions (moving
+        # heights), where it was asked for
         ("surface_acceleration", np.float64, 3),  # [m/s^2] how that changes within the step
         ("end_surface_velocity", np.float64, 3),  # [m/s] at the end that was predicted
         ("warm", np.int64),  # 1: the prediction of its place has an impulse to go by

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import (
+from .shape_rows import (
     FACE_ROW,
     HEIGHT_FIELD_ROW,
     HULL_EDGE_ROW,

@@ -10,8 +10,16 @@ from numpy.typing import NDArray
 
 from .broad_phase.tables import CELL, GRID, PROXY
 from .construction import Tables
-from .memory import HEADER, MODEL_TABLES, WORLD_TABLES
-from .model import CONTACT, CONTACTS_FULL, HEIGHT_POOLS, KINEMATIC, PAIRS_FULL, REPORT, REST, SOLVER_FULL
+from .layout import HEADER, HEIGHT_POOLS, MODEL_TABLES, WORLD_TABLES
+from .model import (
+    CONTACT,
+    CONTACTS_FULL,
+    KINEMATIC,
+    PAIRS_FULL,
+    REPORT,
+    REST,
+    SOLVER_FULL,
+)
 from .options import Options
 from .stages import choose_broad_phase, choose_tiers, write_stages
 from .workspaces import Workspaces, table_sizes

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .memory import WORKSPACE, WORKSPACE_TABLES
+from .layout import WORKSPACE, WORKSPACE_TABLES
 from .narrow_phase.answers import MOST_ANSWERS, MOST_QUESTIONS
 from .narrow_phase.pair_query import PAIR_QUERY
 from .probes.probe import PROBE

@@ -13,7 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, CYLINDER, HULL, HULL_FACE_ROW, HULL_ROW, PLANE, SPHERE
+from avalanche_gym.physics.model import (
+    BOX,
+    CAPSULE,
+    CONTACT,
+    CYLINDER,
+    HULL,
+    PLANE,
+    SPHERE,
+)
 from avalanche_gym.physics.narrow_phase.box import box_box
 from avalanche_gym.physics.narrow_phase.capsule import capsule_capsule
 from avalanche_gym.physics.narrow_phase.capsule_box import capsule_box
@@ -23,6 +31,7 @@ from avalanche_gym.physics.narrow_phase.hull_plane import hull_plane
 from avalanche_gym.physics.narrow_phase.plane import box_plane, capsule_plane, sphere_plane
 from avalanche_gym.physics.narrow_phase.polytope import SCRATCH_SHAPE
 from avalanche_gym.physics.narrow_phase.sphere import sphere_box, sphere_capsule, sphere_sphere
+from avalanche_gym.physics.shape_rows import HULL_FACE_ROW, HULL_ROW
 from avalanche_gym.physics.shapes.hull_preparation import PreparedHull, prepare_hull
 
 # Corners of the prism that stands for a cylinder: it lies within 0.9 % of the radius inside.

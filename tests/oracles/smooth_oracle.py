@@ -6,8 +6,9 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize
 
-from avalanche_gym.physics.model import CONTACT, HEIGHT_FIELD_ROW
+from avalanche_gym.physics.model import CONTACT
 from avalanche_gym.physics.narrow_phase import smooth_cylinder, smooth_field
+from avalanche_gym.physics.shape_rows import HEIGHT_FIELD_ROW
 from avalanche_gym.physics.shapes.height_spline import pool_of_field
 from tests.oracles.terrain_oracle import IDENTITY, ORIGIN, floats
 

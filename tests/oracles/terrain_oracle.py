@@ -8,7 +8,14 @@ import numpy as np
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
-from avalanche_gym.physics.model import BOX, CAPSULE, CONTACT, HEIGHT_FIELD_ROW, PLACE_BITS, SLIDING, SPHERE
+from avalanche_gym.physics.model import (
+    BOX,
+    CAPSULE,
+    CONTACT,
+    PLACE_BITS,
+    SLIDING,
+    SPHERE,
+)
 from avalanche_gym.physics.narrow_phase.height_field import collide_height_field
 from avalanche_gym.physics.narrow_phase.height_field_solids import (
     collide_cylinder_height_field,
@@ -16,6 +23,7 @@ from avalanche_gym.physics.narrow_phase.height_field_solids import (
 )
 from avalanche_gym.physics.narrow_phase.mesh import collide_mesh
 from avalanche_gym.physics.narrow_phase.mesh_solids import collide_cylinder_mesh, collide_hull_mesh
+from avalanche_gym.physics.shape_rows import HEIGHT_FIELD_ROW
 from avalanche_gym.physics.shapes import ConvexHull
 from avalanche_gym.physics.shapes.hull_preparation import prepare_hull
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from avalanche_gym.physics.memory import WORKSPACE
+from avalanche_gym.physics.layout import WORKSPACE
 from avalanche_gym.physics.model import ANSWER, BODY_STATE, CONTACT, QUESTION
 from avalanche_gym.physics.narrow_phase.answers import (
     ANY_PAIR,

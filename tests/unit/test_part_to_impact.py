@@ -5,7 +5,7 @@ import pytest
 
 from avalanche_gym.physics.contacts.located import leave_open
 from avalanche_gym.physics.groups.contacts import hand_back
-from avalanche_gym.physics.memory import WORKSPACE
+from avalanche_gym.physics.layout import WORKSPACE
 from avalanche_gym.physics.model import BODY, BODY_STATE, CONTACT, LIVELY
 from avalanche_gym.physics.response.lasting import settle_where_foreseen
 

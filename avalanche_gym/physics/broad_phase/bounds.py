@@ -7,7 +7,15 @@ import math
 from ..jit import kernel
 from ..maths import mat3, quat, vec3
 from ..memory import table
-from ..model import BOX, CAPSULE, CYLINDER, HEIGHT_FIELD, HEIGHT_FIELD_ROW, PLANE, SMOOTH_FIELD
+from ..model import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    HEIGHT_FIELD,
+    PLANE,
+    SMOOTH_FIELD,
+)
+from ..shape_rows import HEIGHT_FIELD_ROW
 
 UNBOUNDED = (math.inf, math.inf, math.inf)
 

@@ -17,7 +17,8 @@ import math
 from ..jit import kernel
 from ..maths import vec3
 from ..memory import table
-from ..model import HEIGHT_FIELD, HEIGHT_FIELD_ROW
+from ..model import HEIGHT_FIELD
+from ..shape_rows import HEIGHT_FIELD_ROW
 from ..shapes.flatness import FLAT_HEIGHT, HEIGHT_ROUND_OFF
 
 

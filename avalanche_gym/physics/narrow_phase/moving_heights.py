@@ -17,7 +17,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..memory import height_pool, heights_of, pool_address, table
-from ..model import HEIGHT_FIELD_ROW
+from ..shape_rows import HEIGHT_FIELD_ROW
 from .height_field_grid import cell_index, grid_of
 from .smooth_surface import coefficients_of, height, patch_of
 

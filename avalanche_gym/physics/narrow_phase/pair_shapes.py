@@ -6,7 +6,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..memory import header_at, table
-from ..model import (
+from ..shape_rows import (
     FACE_ROW,
     HEIGHT_FIELD_ROW,
     HULL_EDGE_ROW,

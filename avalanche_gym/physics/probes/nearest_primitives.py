@@ -11,9 +11,9 @@ import numpy as np
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import header_at, table
-from ..model import HULL_FACE_ROW, HULL_ROW
 from ..narrow_phase.cylinder import point_cylinder
 from ..narrow_phase.triangle import closest_point
+from ..shape_rows import HULL_FACE_ROW, HULL_ROW
 from .probe import answer, probe_at
 
 

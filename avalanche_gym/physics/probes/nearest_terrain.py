@@ -15,12 +15,18 @@ import math
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import header_at, heights_of, table
-from ..model import FACE_ROW, HEIGHT_FIELD_ROW, MESH_ROW, NODE_ROW, VERTEX_ROW
 from ..narrow_phase.height_field_grid import face_normal, grid_of, sample
 from ..narrow_phase.height_field_walls import facet_height, nearest_wall
 from ..narrow_phase.mesh_surface import nearest_face
 from ..narrow_phase.smooth_surface import coefficients_of, locate, patch_of, signed_distance
 from ..narrow_phase.triangle import EDGE, REGION_SLACK, VERTEX, closest_point
+from ..shape_rows import (
+    FACE_ROW,
+    HEIGHT_FIELD_ROW,
+    MESH_ROW,
+    NODE_ROW,
+    VERTEX_ROW,
+)
 from ..shapes.static_tree import leaf_near
 from .probe import MISS, answer, probe_at
 

@@ -20,10 +20,10 @@ import numpy as np
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import header_at, heights_of, table
-from ..model import HEIGHT_FIELD_ROW
 from ..narrow_phase.height_field_grid import face_normal, grid_of
 from ..narrow_phase.height_field_walls import facet_height
 from ..narrow_phase.smooth_surface import coefficients_of, height, jet, locate, normal_of, patch_of
+from ..shape_rows import HEIGHT_FIELD_ROW
 from .probe import MISS, answer, answer_inside, probe_at
 
 DEGREE = 6

@@ -17,8 +17,8 @@ import numpy as np
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import header_at, table
-from ..model import FACE_ROW, MESH_ROW, NODE_ROW, VERTEX_ROW
 from ..narrow_phase.mesh_side import corners_of
+from ..shape_rows import FACE_ROW, MESH_ROW, NODE_ROW, VERTEX_ROW
 from .probe import MISS, answer, answer_inside, probe_at
 
 ROUND_OFF = 4.0 * 2.220446049250313e-16

@@ -15,7 +15,8 @@ import numpy as np
 from ..jit import kernel, stage
 from ..maths import vec3
 from ..memory import header_at, table
-from ..model import CAPSULE, HULL_FACE_ROW, HULL_ROW
+from ..model import CAPSULE
+from ..shape_rows import HULL_FACE_ROW, HULL_ROW
 from .probe import MISS, answer, answer_inside, probe_at
 
 

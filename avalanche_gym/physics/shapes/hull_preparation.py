@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import HULL_EDGE_ROW, HULL_FACE_ROW, HULL_ROW
+from ..shape_rows import HULL_EDGE_ROW, HULL_FACE_ROW, HULL_ROW
 
 # Faces with more corners than the clipping has room for keep this many, evenly chosen. The contacts then span a polygon
 # inscribed in the face; the closest points are exact all the same.

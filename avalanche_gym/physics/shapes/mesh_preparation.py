@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..model import FACE_ROW, MESH_ROW, VERTEX_ROW
+from ..shape_rows import FACE_ROW, MESH_ROW, VERTEX_ROW
 from .flatness import FLAT_HEIGHT
 from .mesh_repair import (
     Floats,

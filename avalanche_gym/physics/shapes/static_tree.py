@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..jit import kernel
 from ..maths import vec3
-from ..model import NODE_ROW
+from ..shape_rows import NODE_ROW
 
 # Most faces of a leaf. Smaller: a deeper tree, more memory; larger: more faces tested in vain.
 FACES_OF_LEAF = 4
