@@ -32,7 +32,7 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
     assert body is not None
     shapes = [shape for shape, _, _ in body.shape.parts()]
     header, arrays = storage.header[0], storage.arrays
-    # Ground may have seams with what is there (seams.py): those stages are chosen when all tables are built.
+    # Ground may have seams with what is there (seams): those stages are chosen when all tables are built.
     if not header["collisions"] or body.motion != "dynamic" or not all(tables.shapes.knows(shape) for shape in shapes):
         return False
     functions = _functions_of(storage, body)

@@ -1,8 +1,8 @@
 """One step of one world: the whole algorithm on one screen, and the loop over steps and worlds.
 
-The stages do not know each other; detection.py and response.py join them, and the kernels here call those through the
-addresses in the header, so a scene compiles only what it needs. The state changes only at the very end: a step
-that cannot be completed leaves the world as it was.
+The stages do not know each other; detection.py, response and groups join them, and the kernels here call those through
+the addresses in the header, so a scene compiles only what it needs. The state changes only at the very end: a step that
+cannot be completed leaves the world as it was.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import detection, groups, hindsight, response, seams
+from . import detection, following, groups, hindsight, response, seams
 from .contacts import sleeping
 from .events import impact_time
 from .jit import Stage
@@ -45,7 +45,7 @@ def write_stages(header: NDArray[Any], arrays: Arrays, options: Options) -> None
         choose_tiers(header, arrays)
         arrays["pair_functions"] = _pair_functions(arrays)
         header["part_overlaps"] = hindsight.part_overlaps.address
-        header["follow_contacts"] = detection.follow_contacts.address
+        header["follow_contacts"] = following.follow_contacts.address
         _watch_seams(header, arrays)
         header["step_groups"] = groups.step_groups.address
         header["find_impact_time"] = impact_time.find_impact_time.address
@@ -98,7 +98,7 @@ def _pair_functions(arrays: Arrays) -> NDArray[np.int64]:
 
 
 def _watch_seams(header: NDArray[Any], arrays: Arrays) -> None:
-    """Where several colliders are ground together, what one of them hides of another is left out (seams.py)."""
+    """Where several colliders are ground together, what one of them hides of another is left out (seams)."""
     colliders, motion = arrays["colliders"], arrays["bodies"]["motion"][0]
     ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
     if len(ground) > 1 and (ground != PLANE).any():

@@ -127,13 +127,14 @@ def test_a_package_that_cannot_be_written_uses_the_users_cache(package, tmp_path
 ROOTS = (
     "pipeline.py",
     "detection.py",
+    "following.py",
     "response/stage.py",
     "response/island.py",
     "response/solving.py",
     "response/blow.py",
     "response/pile_stage.py",
     "contacts/sleeping.py",
-    "seams.py",
+    "seams/stage.py",
     "hindsight.py",
     "groups/stage.py",
     "events/impact_time.py",
@@ -152,7 +153,8 @@ def kernel_files():
     modules = [module for name, module in sys.modules.items() if name.startswith("avalanche_gym.physics.")]
     files = [Path(module.__file__) for module in modules]
     compiled = [file for file in files if any(mark in file.read_text() for mark in marks)]
-    return [*sorted(file.relative_to(PACKAGE / "physics").as_posix() for file in compiled), "model.py"]
+    layouts = ("model.py", "shape_rows.py", "layout.py")
+    return [*sorted(file.relative_to(PACKAGE / "physics").as_posix() for file in compiled), *layouts]
 
 
 def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkeypatch):
@@ -181,7 +183,7 @@ def test_every_kernel_file_counts_in_the_stamps_of_what_uses_it(tmp_path, monkey
         stamps._scan.cache_clear()
     assert len(changed) > 40 and all(changed.values())
     assert all(root in changed[root] for root in ROOTS)
-    for name in ("model.py", "memory.py", "maths/vec3.py"):
+    for name in ("model.py", "shape_rows.py", "layout.py", "memory.py", "maths/vec3.py"):
         assert changed[name] == set(ROOTS)
     assert "response/solving.py" in changed["solver/newton.py"]
     assert "narrow_phase/convex_pairs.py" in changed["narrow_phase/box.py"]
