@@ -10,8 +10,8 @@ from .broad_phase.all_pairs import all_pairs
 from .broad_phase.bounds import swept_box
 from .broad_phase.candidates import meeting_pairs, update_candidates
 from .contacts.coherence import are_steady, chain_contacts, is_unmoved, recall_contacts
+from .contacts.kinematics import turn_between
 from .contacts.materials import mix_materials
-from .contacts.prediction import turn_between
 from .contacts.sleeping import drop_sleeping_pairs
 from .integrator.flight import copy_state, fly
 from .jit import call_stage, kernel, stage

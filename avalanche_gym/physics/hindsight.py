@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
+from .contacts.kinematics import turn_between, turned_gap_change
 from .contacts.matching import chain_of
-from .contacts.prediction import turn_between, turned_gap_change
 from .jit import call_stage, kernel, stage
 from .maths import vec3
 from .memory import bodies_of, header_at, report_of, rest_of, states_of, table, workspace_at

@@ -18,7 +18,8 @@ import math
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import BETWEEN, ON_A
-from .prediction import THICKNESS, gap_change, point_displacement, surface_gain, surface_shift
+from .kinematics import gap_change, point_displacement, surface_gain, surface_shift
+from .prediction import THICKNESS
 
 # [rad] Of a part of a step in which contacts hold bodies that turn: what contacts do not know of is off by half its
 # square in the size of the bodies, what a smooth part makes of their energy by about its cube.

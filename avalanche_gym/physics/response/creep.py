@@ -7,7 +7,8 @@ asks for a velocity that makes a share of that, and of its gap, good in a step.
 
 from __future__ import annotations
 
-from ..contacts.prediction import DRIFT, OVERLAP, bears_load, point_displacement
+from ..contacts.kinematics import point_displacement
+from ..contacts.prediction import DRIFT, OVERLAP, bears_load
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC, ON_A

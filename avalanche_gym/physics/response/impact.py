@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import bears_load, gap_change, surface_gain, surface_shift
+from ..contacts.kinematics import gap_change, surface_gain, surface_shift
+from ..contacts.prediction import bears_load
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC

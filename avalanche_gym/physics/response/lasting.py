@@ -25,7 +25,8 @@ this is the plain contact problem; at rest the impulses of the last step solve i
 
 from __future__ import annotations
 
-from ..contacts.prediction import OVERLAP, turn_between, velocity_at
+from ..contacts.kinematics import turn_between, velocity_at
+from ..contacts.prediction import OVERLAP
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC, ON_A, ON_B, STATIC

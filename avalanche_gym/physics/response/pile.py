@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import bears_load, surface_shift
+from ..contacts.kinematics import surface_shift
+from ..contacts.prediction import bears_load
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import LEAST_BODIES, SLACK

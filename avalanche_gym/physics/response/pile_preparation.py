@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from ..contacts.prediction import TOUCH, surface_shift
+from ..contacts.kinematics import surface_shift
+from ..contacts.prediction import TOUCH
 from ..jit import kernel
 from ..maths import quat, vec3
 from ..model import DYNAMIC

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..contacts.prediction import OVERLAP, bears_load, gap_change
+from ..contacts.kinematics import gap_change
+from ..contacts.prediction import OVERLAP, bears_load
 from ..contacts.turning import turn_contact
 from ..jit import kernel
 from ..maths import quat, vec3
