@@ -15,6 +15,15 @@ from .broad_phase.tables import CELL, GRID, PROXY
 from .jit import kernel
 from .layout import HEADER, WORKSPACE
 from .model import BODY, BODY_STATE, COLLIDER, CONTACT, FIELD, REPORT, REST
+from .shape_rows import (
+    FACE_ROW,
+    HEIGHT_FIELD_ROW,
+    HULL_FACE_ROW,
+    HULL_ROW,
+    MESH_ROW,
+    NODE_ROW,
+    VERTEX_ROW,
+)
 
 _BODY_BYTES = BODY.itemsize
 _STATE_BYTES = BODY_STATE.itemsize
@@ -126,6 +135,39 @@ def wears(body, collider):
 @kernel
 def fields_of(header):
     return carray(_pointer(header.fields), header.fields_size, FIELD)
+
+
+@kernel
+def hulls_of(header):
+    """Rows, points, faces and corners of all hulls."""
+    return (
+        table(header.hulls, header.hulls_size, HULL_ROW),
+        table(header.hull_points, (header.hull_points_size // 3, 3), np.float64),
+        table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW),
+        table(header.hull_corners, header.hull_corners_size, np.int64),
+    )
+
+
+@kernel
+def mesh_of(header, number):
+    """Tables of one mesh by its number: MESH_ROW (1), VERTEX_ROW, FACE_ROW, NODE_ROW."""
+    rows = table(header.meshes, header.meshes_size, MESH_ROW)[number : number + 1]
+    row = rows[0]
+    vertices = table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW)
+    faces = table(header.mesh_faces, header.mesh_faces_size, FACE_ROW)
+    nodes = table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW)
+    return (
+        rows,
+        vertices[row.first_vertex : row.first_vertex + row.num_vertices],
+        faces[row.first_face : row.first_face + row.num_faces],
+        nodes[row.first_node : row.first_node + row.num_nodes],
+    )
+
+
+@kernel
+def height_field_of(header, number):
+    """The row of one height field."""
+    return table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[number]
 
 
 @kernel

@@ -6,7 +6,7 @@ import math
 
 from ..jit import kernel
 from ..maths import mat3, quat, vec3
-from ..memory import table
+from ..memory import height_field_of
 from ..model import (
     BOX,
     CAPSULE,
@@ -15,7 +15,6 @@ from ..model import (
     PLANE,
     SMOOTH_FIELD,
 )
-from ..shape_rows import HEIGHT_FIELD_ROW
 
 UNBOUNDED = (math.inf, math.inf, math.inf)
 
@@ -33,7 +32,7 @@ def collider_box(header, collider, center, rotation):
         return vec3.neg(UNBOUNDED), UNBOUNDED
     if shape == HEIGHT_FIELD or shape == SMOOTH_FIELD:
         # Solid below without a bottom: a column from minus infinity up to the highest sample.
-        field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[collider.data]
+        field = height_field_of(header, collider.data)
         half = (0.5 * field.extent[0], 0.5 * field.extent[1], 0.0)
         reach = _extent(own, half)
         up = mat3.column(own, 2)

@@ -106,6 +106,12 @@ def max_(a, b):
 
 
 @kernel
+def along(axis):
+    """The unit vector along axis 0, 1 or 2."""
+    return (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
+
+
+@kernel
 def tangents(n):
     """Two unit vectors t1, t2 that make (n, t1, t2) right-handed, for a unit n.
 

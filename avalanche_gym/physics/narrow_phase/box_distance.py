@@ -57,7 +57,7 @@ def _corners_to_box(offset, rotation, half, other_half, best, code, first_code):
 @kernel
 def _edges(offset, rotation, half_a, half_b, i, j):
     """Closest points (in the frame of a) of the supporting edges i and j, and whether they are inside both."""
-    axis_a = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+    axis_a = vec3.along(i)
     axis_b = mat3.column(rotation, j)
     normal = vec3.cross(axis_a, axis_b)
     if vec3.norm_squared(normal) <= PARALLEL_EDGES * PARALLEL_EDGES:

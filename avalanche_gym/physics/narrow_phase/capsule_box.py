@@ -101,14 +101,9 @@ def least_overlap(center, u, length, half):
         separation = abs(center[k]) - half[k] - length * abs(u[k])
         if separation > best + EDGE_BIAS * size:
             best, face = separation, k
-    outward = (0.0, 0.0, 0.0)
+    outward = vec3.scale(math.copysign(1.0, center[face]), vec3.along(face))
     for k in range(3):
-        unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-        if k == face:
-            outward = vec3.scale(math.copysign(1.0, center[k]), unit)
-    for k in range(3):
-        unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-        cross = vec3.cross(unit, u)
+        cross = vec3.cross(vec3.along(k), u)
         length_cross = math.sqrt(vec3.norm_squared(cross))
         if length_cross > SHORTEST_CROSS:
             axis = vec3.scale(1.0 / length_cross, cross)
@@ -132,7 +127,7 @@ def _pierced_box(position_b, rotation_b, center, u, length, radius, half, margin
             0.0 if edge == 1 else math.copysign(half[1], outward[1]),
             0.0 if edge == 2 else math.copysign(half[2], outward[2]),
         )
-        direction = (1.0 if edge == 0 else 0.0, 1.0 if edge == 1 else 0.0, 1.0 if edge == 2 else 0.0)
+        direction = vec3.along(edge)
         t, _ = closest_parameters(vec3.sub(middle, center), u, length, direction, half[edge])
         point = vec3.add_scaled(center, t, u)
         return emit_ball_at_box(

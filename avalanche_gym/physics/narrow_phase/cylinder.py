@@ -11,14 +11,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .manifold import emit
 from .plane import emit_above_plane
 from .segment import clamp
-from .sphere import CORES_TOUCH, ONLY
+from .sphere import CORES_TOUCH, emit_ball
 
 # Cosine between axis and normal above which a cylinder counts as standing on its cap.
 STANDING = 0.5
@@ -73,12 +70,7 @@ def sphere_cylinder(position_a, rotation_a, size_a, position_b, rotation_b, size
     """One contact; a centre inside the cylinder leaves through the nearest surface."""
     center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
     distance, outward = point_cylinder(center, size_b[0], size_b[1])
-    gap = distance - size_a[0]
-    if gap > margin:
-        return count
-    normal = vec3.neg(mat3.apply(rotation_b, outward))
-    position = vec3.add_scaled(position_a, size_a[0] + 0.5 * gap, normal)
-    return emit(contacts, count, position, normal, gap, np.int64(ONLY))
+    return emit_ball(position_a, size_a[0], rotation_b, distance, outward, margin, contacts, count)
 
 
 @kernel

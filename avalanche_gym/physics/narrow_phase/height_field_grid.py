@@ -16,9 +16,8 @@ import math
 
 from ..jit import kernel
 from ..maths import vec3
-from ..memory import table
+from ..memory import height_field_of
 from ..model import HEIGHT_FIELD
-from ..shape_rows import HEIGHT_FIELD_ROW
 from ..shapes.flatness import FLAT_HEIGHT, HEIGHT_ROUND_OFF
 
 
@@ -40,7 +39,7 @@ def spacing_of(header, collider):
     """[m] between the samples of a height field of facets; of any other collider without bound."""
     if collider.shape != HEIGHT_FIELD:
         return math.inf
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[collider.data]
+    field = height_field_of(header, collider.data)
     grid = grid_of(field)
     return min(grid[2], grid[3])
 

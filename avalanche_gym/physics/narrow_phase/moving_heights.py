@@ -16,8 +16,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from ..memory import height_pool, heights_of, pool_address, table
-from ..shape_rows import HEIGHT_FIELD_ROW
+from ..memory import height_field_of, height_pool, heights_of, pool_address, table
 from .height_field_grid import cell_index, grid_of
 from .smooth_surface import coefficients_of, height, patch_of
 
@@ -89,7 +88,7 @@ def along_field(header, pool, row, position, rotation, point):
 
     ``position`` and ``rotation`` (9 floats) place the field in the world.
     """
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[row]
+    field = height_field_of(header, row)
     local = mat3.apply_transposed(rotation, vec3.sub(point, position))
     if field.smooth == 1:
         patch = patch_of(field)

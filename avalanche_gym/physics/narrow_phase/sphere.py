@@ -43,6 +43,19 @@ def emit_round(origin, core_a, radius_a, core_b, radius_b, touch, fallback, marg
 
 
 @kernel
+def emit_ball(position, radius, rotation, distance, outward, margin, contacts, count):
+    """The one contact of a ball whose centre is ``distance`` [m] outside of a solid; return the new count.
+
+    ``outward``: unit, in the frame of the solid, turned by ``rotation``; the normal goes from the ball to the solid.
+    """
+    gap = distance - radius
+    if gap > margin:
+        return count
+    normal = vec3.neg(mat3.apply(rotation, outward))
+    return emit(contacts, count, vec3.add_scaled(position, radius + 0.5 * gap, normal), normal, gap, np.int64(ONLY))
+
+
+@kernel
 def sphere_sphere(position_a, rotation_a, size_a, position_b, rotation_b, size_b, margin, contacts, count):
     """One contact; concentric spheres part along z."""
     offset = vec3.sub(position_b, position_a)
@@ -121,9 +134,4 @@ def sphere_box(position_a, rotation_a, size_a, position_b, rotation_b, size_b, m
     """One contact; a centre inside the box leaves through the nearest face."""
     center = mat3.apply_transposed(rotation_b, vec3.sub(position_a, position_b))
     distance, outward = point_box(center, size_b)
-    gap = distance - size_a[0]
-    if gap > margin:
-        return count
-    normal = vec3.neg(mat3.apply(rotation_b, outward))
-    position = vec3.add_scaled(position_a, size_a[0] + 0.5 * gap, normal)
-    return emit(contacts, count, position, normal, gap, np.int64(ONLY))
+    return emit_ball(position_a, size_a[0], rotation_b, distance, outward, margin, contacts, count)

@@ -6,14 +6,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import header_at, table
+from ..memory import header_at, hulls_of
 from ..narrow_phase.cylinder import point_cylinder
 from ..narrow_phase.triangle import closest_point
-from ..shape_rows import HULL_FACE_ROW, HULL_ROW
 from .probe import answer, probe_at
 
 
@@ -74,11 +71,8 @@ def near_hull(address):
     """Inside, the nearest face; outside, the nearest point of the faces that look at p, triangle by triangle."""
     probe = probe_at(address)
     p = vec3.load(probe.origin)
-    header = header_at(probe.header)
-    hull = table(header.hulls, header.hulls_size, HULL_ROW)[probe.data]
-    points = table(header.hull_points, (header.hull_points_size // 3, 3), np.float64)
-    faces = table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW)
-    corners = table(header.hull_corners, header.hull_corners_size, np.int64)
+    hulls, points, faces, corners = hulls_of(header_at(probe.header))
+    hull = hulls[probe.data]
     highest, inner = -math.inf, vec3.ZERO
     best, outer = math.inf, vec3.ZERO
     for number in range(hull.first_face, hull.first_face + hull.num_faces):

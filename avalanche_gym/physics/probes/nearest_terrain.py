@@ -14,19 +14,12 @@ import math
 
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import header_at, heights_of, table
+from ..memory import header_at, height_field_of, heights_of, mesh_of
 from ..narrow_phase.height_field_grid import face_normal, grid_of, sample
 from ..narrow_phase.height_field_walls import facet_height, nearest_wall
 from ..narrow_phase.mesh_surface import nearest_face
 from ..narrow_phase.smooth_surface import coefficients_of, locate, patch_of, signed_distance
 from ..narrow_phase.triangle import EDGE, REGION_SLACK, VERTEX, closest_point
-from ..shape_rows import (
-    FACE_ROW,
-    HEIGHT_FIELD_ROW,
-    MESH_ROW,
-    NODE_ROW,
-    VERTEX_ROW,
-)
 from ..shapes.static_tree import leaf_near
 from .probe import MISS, answer, probe_at
 
@@ -68,7 +61,7 @@ def near_facets(address):
     probe = probe_at(address)
     p = vec3.load(probe.origin)
     header = header_at(probe.header)
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[probe.data]
+    field = height_field_of(header, probe.data)
     grid = grid_of(field)
     rows, columns = field.rows, field.columns
     heights = heights_of(header, probe.world)[field.first : field.first + rows * columns]
@@ -135,7 +128,7 @@ def _nearest_smooth(patch, c, p):
 def near_smooth(address):
     probe = probe_at(address)
     header = header_at(probe.header)
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[probe.data]
+    field = height_field_of(header, probe.data)
     c = coefficients_of(field, heights_of(header, probe.world))
     distance, normal = _nearest_smooth(patch_of(field), c, vec3.load(probe.origin))
     return answer(probe, distance, normal)
@@ -145,14 +138,8 @@ def near_smooth(address):
 def near_mesh(address):
     probe = probe_at(address)
     p = vec3.load(probe.origin)
-    header = header_at(probe.header)
-    mesh = table(header.meshes, header.meshes_size, MESH_ROW)[probe.data]
-    pool = table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW)
-    vertices = pool[mesh.first_vertex : mesh.first_vertex + mesh.num_vertices]
-    all_faces = table(header.mesh_faces, header.mesh_faces_size, FACE_ROW)
-    faces = all_faces[mesh.first_face : mesh.first_face + mesh.num_faces]
-    all_nodes = table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW)
-    nodes = all_nodes[mesh.first_node : mesh.first_node + mesh.num_nodes]
+    rows, vertices, faces, nodes = mesh_of(header_at(probe.header), probe.data)
+    mesh = rows[0]
     # Any vertex near by gives the search its bound; a little more, to find at least that one.
     near = vertices[faces[nodes[leaf_near(nodes, p)].first].vertices[0]]
     bound = BOUND * vec3.norm_squared(vec3.sub(p, vec3.load(near.position)))

@@ -19,11 +19,10 @@ import numpy as np
 
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import header_at, heights_of, table
+from ..memory import header_at, height_field_of, heights_of, table
 from ..narrow_phase.height_field_grid import face_normal, grid_of
 from ..narrow_phase.height_field_walls import facet_height
 from ..narrow_phase.smooth_surface import coefficients_of, height, jet, locate, normal_of, patch_of
-from ..shape_rows import HEIGHT_FIELD_ROW
 from .probe import MISS, answer, answer_inside, probe_at
 
 DEGREE = 6
@@ -122,7 +121,7 @@ def ray_facets(address):
     probe = probe_at(address)
     o, d = vec3.load(probe.origin), vec3.load(probe.direction)
     header = header_at(probe.header)
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[probe.data]
+    field = height_field_of(header, probe.data)
     grid = grid_of(field)
     rows, columns = field.rows, field.columns
     heights = heights_of(header, probe.world)[field.first : field.first + rows * columns]
@@ -192,7 +191,7 @@ def ray_smooth(address):
     probe = probe_at(address)
     o, d = vec3.load(probe.origin), vec3.load(probe.direction)
     header = header_at(probe.header)
-    field = table(header.height_fields, header.height_fields_size, HEIGHT_FIELD_ROW)[probe.data]
+    field = height_field_of(header, probe.data)
     patch = patch_of(field)
     c = coefficients_of(field, heights_of(header, probe.world))
     scratch = table(probe.scratch, (256, 8), np.float64)

@@ -16,9 +16,8 @@ import numpy as np
 
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import header_at, table
+from ..memory import header_at, mesh_of, table
 from ..narrow_phase.mesh_side import corners_of
-from ..shape_rows import FACE_ROW, MESH_ROW, NODE_ROW, VERTEX_ROW
 from .probe import MISS, answer, answer_inside, probe_at
 
 ROUND_OFF = 4.0 * 2.220446049250313e-16
@@ -67,14 +66,8 @@ def cross_triangle(o, d, a, b, c, normal):
 def ray_mesh(address):
     probe = probe_at(address)
     o, d = vec3.load(probe.origin), vec3.load(probe.direction)
-    header = header_at(probe.header)
-    mesh = table(header.meshes, header.meshes_size, MESH_ROW)[probe.data]
-    pool = table(header.mesh_vertices, header.mesh_vertices_size, VERTEX_ROW)
-    vertices = pool[mesh.first_vertex : mesh.first_vertex + mesh.num_vertices]
-    all_faces = table(header.mesh_faces, header.mesh_faces_size, FACE_ROW)
-    faces = all_faces[mesh.first_face : mesh.first_face + mesh.num_faces]
-    all_nodes = table(header.mesh_nodes, header.mesh_nodes_size, NODE_ROW)
-    nodes = all_nodes[mesh.first_node : mesh.first_node + mesh.num_nodes]
+    rows, vertices, faces, nodes = mesh_of(header_at(probe.header), probe.data)
+    mesh = rows[0]
     stack = table(probe.scratch, (256, 8), np.float64)
     inverse = inverse_of(d)
     both_sides = mesh.two_sided == 1 or mesh.closed == 1

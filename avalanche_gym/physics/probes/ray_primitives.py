@@ -10,13 +10,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import header_at, table
+from ..memory import header_at, hulls_of
 from ..model import CAPSULE
-from ..shape_rows import HULL_FACE_ROW, HULL_ROW
 from .probe import MISS, answer, answer_inside, probe_at
 
 
@@ -134,11 +131,8 @@ def ray_plane(address):
 def ray_hull(address):
     probe = probe_at(address)
     o, d = vec3.load(probe.origin), vec3.load(probe.direction)
-    header = header_at(probe.header)
-    hull = table(header.hulls, header.hulls_size, HULL_ROW)[probe.data]
-    points = table(header.hull_points, (header.hull_points_size // 3, 3), np.float64)
-    faces = table(header.hull_faces, header.hull_faces_size, HULL_FACE_ROW)
-    corners = table(header.hull_corners, header.hull_corners_size, np.int64)
+    hulls, points, faces, corners = hulls_of(header_at(probe.header))
+    hull = hulls[probe.data]
     enter, leave = 0.0, math.inf
     normal = vec3.neg(d)
     for number in range(hull.first_face, hull.first_face + hull.num_faces):

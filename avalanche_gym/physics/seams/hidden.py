@@ -135,7 +135,7 @@ def _is_flat(address, workspace_address, world, states, body, foot, d, s, flush)
     for k in range(1, 3):
         if abs(d[k]) < abs(d[axis]):
             axis = k
-    u = vec3.cross(d, (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0))
+    u = vec3.cross(d, vec3.along(axis))
     u = vec3.scale(s / vec3.norm(u), u)
     v = vec3.cross(d, u)
     limit = ALIKE * s + flush
