@@ -120,7 +120,7 @@ def _bring_to_front(header, workspace, world, first, num_pairs, marks):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         ground = bodies[a].motion != DYNAMIC or bodies[b].motion != DYNAMIC
-        # What pieces of ground hide of one another is not known here (seams.py).
+        # What pieces of ground hide of one another is not known here (seams).
         if marks[a] + marks[b] > 0 and not (ground and header.hide_seams != 0):
             pairs[2 * pair] = pairs[2 * count]
             pairs[2 * pair + 1] = pairs[2 * count + 1]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .jit import Stage
 from .model import CONTACT, NUM_SHAPES
-from .narrow_phase.pair_query import PAIR_QUERY
+from .narrow_phase.pair_query import PAIR_QUERY, SCRATCH_ROWS
 from .probes.ask import HIT_DTYPE, NEAREST_STAGES, RAY_STAGES, cast_rays, nearest_points
 from .probes.overlap import overlapping_bodies
 from .probes.probe import PROBE
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from .readings import Readings
     from .selection import WorldIndex
 
-SCRATCH_ROWS = 264  # of eight floats, for one pair of shapes
 MOST_CONTACTS = 64  # room for those of one pair of shapes
 
 

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from .layout import WORKSPACE, WORKSPACE_TABLES
 from .narrow_phase.answers import MOST_ANSWERS, MOST_QUESTIONS
-from .narrow_phase.pair_query import PAIR_QUERY
+from .narrow_phase.pair_query import PAIR_QUERY, SCRATCH_ROWS
 from .probes.probe import PROBE
 from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
-CLIPPING_FLOATS = 264 * 8  # scratch of one pair of shapes
 MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 
 
@@ -65,7 +64,7 @@ def table_sizes(bodies: int, contacts: int, pairs: int, *, grid: bool, blocks: i
         "island_bodies": bodies,
         "body_starts": bodies + 1,
         "order": contacts,
-        "clipping": CLIPPING_FLOATS,
+        "pair_scratch": 8 * SCRATCH_ROWS,
         "query": PAIR_QUERY.itemsize,
         "probe": PROBE.itemsize,
         "solver_rows": 2 * contacts,  # contacts and moments

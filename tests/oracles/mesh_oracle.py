@@ -8,6 +8,7 @@ from avalanche_gym.physics.model import CONTACT
 from avalanche_gym.physics.narrow_phase.mesh_height_field import collide_mesh_height_field
 from avalanche_gym.physics.narrow_phase.mesh_mesh import collide_meshes
 from avalanche_gym.physics.narrow_phase.mesh_smooth_field import collide_mesh_smooth_field
+from avalanche_gym.physics.narrow_phase.pair_query import SCRATCH_ROWS
 from avalanche_gym.physics.narrow_phase.path import STILL
 from avalanche_gym.physics.shapes.mesh_preparation import prepare_mesh
 from tests.oracles.terrain_oracle import floats
@@ -98,7 +99,7 @@ def _place(place):
 
 def meshes_contacts(first, place_a, second, place_b, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of two TriangleMesh, normals from the first to the second."""
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((SCRATCH_ROWS, 8))
     motion = margin if motion is None else motion
     loose = motion if loose is None else loose
     count = collide_meshes(
@@ -110,7 +111,7 @@ def meshes_contacts(first, place_a, second, place_b, margin, motion=None, path=S
 
 def field_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of ``terrain_oracle.height_field(...)`` with a TriangleMesh, normals to the mesh."""
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((SCRATCH_ROWS, 8))
     motion = margin if motion is None else motion
     loose = motion if loose is None else loose
     count = collide_mesh_height_field(
@@ -122,7 +123,7 @@ def field_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loo
 
 def smooth_mesh_contacts(field, mesh, place, margin, motion=None, path=STILL, loose=None):
     """Contacts (n,) of CONTACT of a TriangleMesh with ``smooth_oracle.smooth_terrain(...)``, normals to the field."""
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((SCRATCH_ROWS, 8))
     motion = margin if motion is None else motion
     loose = motion if loose is None else loose
     count = collide_mesh_smooth_field(

@@ -28,8 +28,8 @@ from avalanche_gym.physics.narrow_phase.capsule_box import capsule_box
 from avalanche_gym.physics.narrow_phase.cylinder import cylinder_plane, sphere_cylinder
 from avalanche_gym.physics.narrow_phase.hull import collide_convex
 from avalanche_gym.physics.narrow_phase.hull_plane import hull_plane
+from avalanche_gym.physics.narrow_phase.pair_query import SCRATCH_ROWS
 from avalanche_gym.physics.narrow_phase.plane import box_plane, capsule_plane, sphere_plane
-from avalanche_gym.physics.narrow_phase.polytope import SCRATCH_SHAPE
 from avalanche_gym.physics.narrow_phase.sphere import sphere_box, sphere_capsule, sphere_sphere
 from avalanche_gym.physics.shape_rows import HULL_FACE_ROW, HULL_ROW
 from avalanche_gym.physics.shapes.hull_preparation import PreparedHull, prepare_hull
@@ -235,7 +235,7 @@ def collide(a, b, margin):
         for values in (placed.position, np.ravel(placed.rotation), (*placed.size, 0.0, 0.0)[:3]):
             arguments.append(tuple(float(value) for value in values))
     pair = (a.shape, b.shape)
-    scratch = np.full(SCRATCH_SHAPE, np.nan)
+    scratch = np.full((SCRATCH_ROWS, 8), np.nan)
     tables, row_b = _hull_tables(a, b)
     if pair == (HULL, PLANE):
         position, rotation, _ = arguments[:3]

@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 
 from avalanche_gym.physics.model import CONTACT
 from avalanche_gym.physics.narrow_phase import smooth_cylinder, smooth_field
+from avalanche_gym.physics.narrow_phase.pair_query import SCRATCH_ROWS
 from avalanche_gym.physics.shape_rows import HEIGHT_FIELD_ROW
 from avalanche_gym.physics.shapes.height_spline import pool_of_field
 from tests.oracles.terrain_oracle import IDENTITY, ORIGIN, floats
@@ -53,7 +54,7 @@ def nearest_distance(heights, size, p, points=201):
 
 def _contacts(kernel, shape, position, rotation, size, terrain, margin, place):
     field, pool = terrain
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((SCRATCH_ROWS, 8))
     count = kernel(
         *shape,
         floats(position),

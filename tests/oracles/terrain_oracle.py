@@ -23,6 +23,7 @@ from avalanche_gym.physics.narrow_phase.height_field_solids import (
 )
 from avalanche_gym.physics.narrow_phase.mesh import collide_mesh
 from avalanche_gym.physics.narrow_phase.mesh_solids import collide_cylinder_mesh, collide_hull_mesh
+from avalanche_gym.physics.narrow_phase.pair_query import SCRATCH_ROWS
 from avalanche_gym.physics.shape_rows import HEIGHT_FIELD_ROW
 from avalanche_gym.physics.shapes import ConvexHull
 from avalanche_gym.physics.shapes.hull_preparation import prepare_hull
@@ -80,7 +81,7 @@ def random_floor(rng, size=4.0, points=60):
 
 
 def _kernel_contacts(kernel, shape, position, rotation, size, terrain, margin, place, moves):
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((SCRATCH_ROWS, 8))
     count = kernel(
         shape,
         floats(position),
@@ -208,7 +209,7 @@ def plane_contacts(shape, position, rotation, size, margin):
 
 def _solid_contacts(kernel, position, rotation, solid, terrain, margin, place):
     """``solid``: (radius, half length, 0) of a cylinder, or ``hull(...)``."""
-    contacts, scratch = np.zeros(64, CONTACT), np.zeros((264, 8))
+    contacts, scratch = np.zeros(64, CONTACT), np.zeros((SCRATCH_ROWS, 8))
     moves = (0.0, 0.0) if kernel in (collide_cylinder_mesh, collide_hull_mesh) else (0.0,)
     count = kernel(floats(position), rotation, solid, *place, *terrain, float(margin), *moves, contacts, 0, scratch)
     return contacts[:count]

@@ -7,6 +7,7 @@ from avalanche_gym.physics.model import BOX, CAPSULE
 from avalanche_gym.physics.narrow_phase.edge_crossings import crossing, may_cross
 from avalanche_gym.physics.narrow_phase.height_field_facets import comes_over_facet, may_come_over_facet, over_facet
 from avalanche_gym.physics.narrow_phase.height_field_grid import grid_of, sample, slopes
+from avalanche_gym.physics.narrow_phase.pair_query import SCRATCH_ROWS
 from avalanche_gym.physics.narrow_phase.terrain_features import TILT, put_edge
 from avalanche_gym.physics.narrow_phase.terrain_shape import FIRST_FEATURE_ROW, put_shape
 from tests.oracles.terrain_oracle import IDENTITY, ORIGIN, floats, height_field, rotation_matrix
@@ -74,7 +75,7 @@ def test_edges_that_cross_are_within_the_bound(shape, size):
         middle = start + rng.uniform(-0.2, 1.2) * length * e
         height = np.abs(n @ frame) @ size if shape == BOX else size[0] + size[1] * abs(n @ frame[:, 2])
         position = middle + (height + rng.choice([-0.05, 0.0, 0.02])) * n + rng.uniform(-0.3, 0.3) * np.cross(n, e)
-        tables = np.zeros((2, 264, 8))
+        tables = np.zeros((2, SCRATCH_ROWS, 8))
         counts = []
         for scratch, bounded in zip(tables, (False, True), strict=True):
             place = (floats(position), floats(frame.ravel()), size, ORIGIN, IDENTITY)

@@ -39,7 +39,7 @@ def _sides_crossed(x, y, out, half, length, reach):
 
     All in the frame of the box, its axes turned so that the third one is along the edges: start ``x`` [m], direction
     ``y`` and ``out`` of the edge of the terrain. Seen along the axis this is a line, y (0) and y (1), and the corners
-    of a rectangle. Most edges are far off; what is near is told with more room than in ``_crossing``, whose normal may
+    of a rectangle. Most edges are far off; what is near is told with more room than in ``crossing``, whose normal may
     lean by TILT besides: where it then meets is off by as much of the gap.
     """
     square = y[0] * y[0] + y[1] * y[1]

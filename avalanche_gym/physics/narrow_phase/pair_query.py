@@ -13,6 +13,9 @@ from ..maths import vec3
 from ..memory import table
 from ..model import CONTACT
 
+# Of eight floats: the scratch table of one pair, whatever its function writes there (polytope.py, terrain_shape.py).
+SCRATCH_ROWS = 264
+
 PAIR_QUERY = np.dtype(
     [
         ("shape_a", np.int64),
@@ -60,8 +63,8 @@ def aim(query, address, world, workspace, contacts, capacity):
     query.header = address
     query.contacts = contacts
     query.capacity = capacity
-    query.scratch = workspace.clipping
-    query.scratch_rows = workspace.clipping_size // 8
+    query.scratch = workspace.pair_scratch
+    query.scratch_rows = workspace.pair_scratch_size // 8
 
 
 @kernel

@@ -31,8 +31,7 @@ from ..maths import vec3
 from .manifold import emit
 from .reduction import FEATURE, GAP, HEIGHT, TAG, X, Y, drop_beyond, select_four
 
-# One scratch array a thread, float64. Two polygons are kept in its first 128 rows; clipping goes from one to the other.
-SCRATCH_SHAPE = (256, 8)
+# Two polygons are kept in the first 128 rows of the scratch table; clipping goes from one to the other.
 FIRST_BUFFER, SECOND_BUFFER = 0, 64
 
 # Corners of the incident face and sides of the reference face, at most.
