@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import frames, parameters
+from . import frames
 from .contacts.sleeping import wake
 from .readings import Readings
 from .selection import WorldIndex, select_body, select_worlds, spread
 from .shapes import HeightField, checks
+from .tables import parameters
 
 
 class Actions(Readings):

@@ -19,7 +19,7 @@ from .model import (
 )
 from .report import Features
 from .scene import Scene
-from .storage import Storage
+from .tables.storage import Storage
 
 FLOWS = {
     FLOW_TRANSLATE: "translation",

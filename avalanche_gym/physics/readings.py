@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import parameters
-from .construction import Tables
 from .diagnostics import measure
 from .queries import Prober
 from .report import StepReport, describe_steps
 from .scene import Scene
 from .selection import WorldIndex, select_body, select_world
 from .shapes import Shape
-from .storage import Storage
+from .tables import parameters
+from .tables.construction import Tables
+from .tables.storage import Storage
 
 CONTACT_DTYPE = np.dtype(
     [

@@ -1,6 +1,6 @@
 """Rows of the tables of shapes: height fields, meshes and convex hulls, as kernels read them.
 
-The names end in _ROW: the bare names are the codes of the shapes (model.py). shape_tables.py fills them.
+The names end in _ROW: the bare names are the codes of the shapes (model.py). tables/shape_tables.py fills them.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from .errors import PhysicsError
 from .model import CONTACTS_FULL, NON_FINITE
 from .pipeline import advance
 from .scene import Body
-from .storage import Storage
+from .tables.storage import Storage
 
 
 class Stepper:

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import frames, membership, parameters
+from . import frames
 from .actions import Actions
-from .construction import build_tables
 from .features import describe_features
 from .options import Options
 from .queries import Prober
@@ -22,7 +21,9 @@ from .report import Features
 from .scene import Body, Scene
 from .selection import WorldIndex, select_body, select_worlds
 from .stepping import Stepper
-from .storage import Storage
+from .tables import membership, parameters
+from .tables.construction import build_tables
+from .tables.storage import Storage
 
 PUBLIC_ARRAYS = ("position", "orientation", "linear_velocity", "angular_velocity")
 

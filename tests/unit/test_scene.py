@@ -19,7 +19,7 @@ from avalanche_gym.physics import (
     UniformGravity,
     World,
 )
-from avalanche_gym.physics.construction import build_tables
+from avalanche_gym.physics.tables.construction import build_tables
 
 TETRAHEDRON = ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
 OPEN_MESH = TriangleMesh(TETRAHEDRON[0], TETRAHEDRON[1][:3])

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .layout import WORKSPACE, WORKSPACE_TABLES
-from .narrow_phase.answers import MOST_ANSWERS, MOST_QUESTIONS
-from .narrow_phase.pair_query import PAIR_QUERY, SCRATCH_ROWS
-from .probes.probe import PROBE
-from .solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
+from ..layout import WORKSPACE, WORKSPACE_TABLES
+from ..narrow_phase.answers import MOST_ANSWERS, MOST_QUESTIONS
+from ..narrow_phase.pair_query import PAIR_QUERY, SCRATCH_ROWS
+from ..probes.probe import PROBE
+from ..solver.workspace import BLOCKS_PER_BODY, INDEX_PER_BODY
 
 MOST_ASKED = 64  # contacts of one pair of colliders that are followed through a step; more are guessed
 

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from .shape_rows import (
+from ..shape_rows import (
     FACE_ROW,
     HEIGHT_FIELD_ROW,
     HULL_EDGE_ROW,
@@ -22,11 +22,11 @@ from .shape_rows import (
     NODE_ROW,
     VERTEX_ROW,
 )
-from .shapes import ConvexHull, HeightField, TriangleMesh
-from .shapes.flatness import flattened
-from .shapes.height_spline import pool_of_field
-from .shapes.hull_preparation import PreparedHull, prepare_hull
-from .shapes.mesh_preparation import PreparedMesh, prepare_mesh
+from ..shapes import ConvexHull, HeightField, TriangleMesh
+from ..shapes.flatness import flattened
+from ..shapes.height_spline import pool_of_field
+from ..shapes.hull_preparation import PreparedHull, prepare_hull
+from ..shapes.mesh_preparation import PreparedMesh, prepare_mesh
 
 
 class ShapeTables:

@@ -11,12 +11,12 @@ import math
 
 import numpy as np
 
-from . import frames
+from .. import frames
+from ..model import COLLIDER, DYNAMIC, KINEMATIC, NUM_SHAPES, REMOVED
+from ..scene import Body, Scene
+from ..shapes import HeightField
+from ..stages import pair_stage
 from .construction import Tables, rows_of, rules_of
-from .model import COLLIDER, DYNAMIC, KINEMATIC, NUM_SHAPES, REMOVED
-from .scene import Body, Scene
-from .shapes import HeightField
-from .stages import pair_stage
 from .storage import Storage
 
 EVERY_WORLD = np.ones(1, np.bool_)

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .broad_phase.tables import CELL, GRID, PROXY
-from .construction import Tables
-from .layout import HEADER, HEIGHT_POOLS, MODEL_TABLES, WORLD_TABLES
-from .model import (
+from ..broad_phase.tables import CELL, GRID, PROXY
+from ..layout import HEADER, HEIGHT_POOLS, MODEL_TABLES, WORLD_TABLES
+from ..model import (
     CONTACT,
     CONTACTS_FULL,
     KINEMATIC,
@@ -20,8 +19,9 @@ from .model import (
     REST,
     SOLVER_FULL,
 )
-from .options import Options
-from .stages import choose_broad_phase, choose_tiers, write_stages
+from ..options import Options
+from ..stages import choose_broad_phase, choose_tiers, write_stages
+from .construction import Tables
 from .workspaces import Workspaces, table_sizes
 
 FIRST_CONTACTS = 32  # capacity of a new world; it doubles when a step finds more

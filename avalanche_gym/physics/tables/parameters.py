@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .integrator.flight import flow_class
-from .layout import HEIGHT_POOLS
-from .mass_properties import check_inertia, check_mass, rotation_matrix
-from .model import HEIGHT_FIELD, SMOOTH_FIELD
-from .scene import Body, check_coefficient
-from .shapes.flatness import flattened
-from .shapes.height_spline import pool_of_field
+from ..integrator.flight import flow_class
+from ..layout import HEIGHT_POOLS
+from ..mass_properties import check_inertia, check_mass, rotation_matrix
+from ..model import HEIGHT_FIELD, SMOOTH_FIELD
+from ..scene import Body, check_coefficient
+from ..shapes.flatness import flattened
+from ..shapes.height_spline import pool_of_field
 from .storage import Storage
 
 # What a body has of its shape.

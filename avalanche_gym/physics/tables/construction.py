@@ -10,9 +10,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from .integrator.flight import flow_class
-from .mass_properties import principal_frame, rotation_matrix
-from .model import (
+from ..integrator.flight import flow_class
+from ..mass_properties import principal_frame, rotation_matrix
+from ..model import (
     BODY,
     BODY_STATE,
     COLLIDER,
@@ -27,9 +27,9 @@ from .model import (
     STATIC,
     UNIFORM_GRAVITY,
 )
-from .scene import Body, Material, PointGravity, Scene, UniformGravity
+from ..scene import Body, Material, PointGravity, Scene, UniformGravity
+from ..shapes import TriangleMesh
 from .shape_tables import ShapeTables
-from .shapes import TriangleMesh
 
 MOTION = {"dynamic": DYNAMIC, "kinematic": KINEMATIC, "static": STATIC}
 
