@@ -64,7 +64,8 @@ def part_overlaps(address, workspace_address, world, count):
     looked_at = table(workspace.waits, header.num_bodies, np.int64)
     ends = table(workspace.ends, header.num_bodies, BODY_STATE)
     before = table(workspace.predicted, header.num_bodies, BODY_STATE)
-    for number in range(1, ROUNDS + 1):
+    # What the last round moved far is looked at once more, for what is said of it.
+    for number in range(1, ROUNDS + 2):
         num_pairs = _find_pairs_at_end(address, workspace_address, world)
         if 2 * num_pairs > workspace.pairs_size:
             workspace.detail = num_pairs
@@ -91,7 +92,8 @@ def part_overlaps(address, workspace_address, world, count):
         if num_found > workspace.contacts_size:
             workspace.detail = num_found
             return CONTACTS_FULL
-        far = not enough and _sweep_apart(header, workspace, world, count, num_found, marks, number == ROUNDS)
+        far = not enough and number <= ROUNDS
+        far = far and _sweep_apart(header, workspace, world, count, num_found, marks, number == ROUNDS)
         _measure_again(header, workspace, world, count, num_found, before, looked_at)
         if not far:
             break

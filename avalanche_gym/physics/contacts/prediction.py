@@ -190,15 +190,16 @@ def sort_out(time_step, contacts, order, first, last, bounce_step, crowd):
     the contact does not last: it is an impact at the start of the step. Nor does one whose point swings away from its
     tangent within the step: the smooth step is for small turns. Nor one that leaves so fast that it would end too far
     away to touch, or that bounces or has just done so, if ``bounce_step`` [s], the whole step, is not zero.
-    ``crowd``: whether the pile tier may step the island. Its bodies tremble, and what bears load leaves now and then by
-    more than TOUCH: there a contact lasts up to CREEP, for a heap that forgets such loads sinks.
+    ``crowd``: whether the pile tier may step the island. Its bodies tremble, and what bears load opens now and then by
+    more than TOUCH. There a contact lasts up to SLACK: a heap that forgets such loads sinks and is pushed apart again,
+    which opens others, for ever, the deeper it is the more.
     """
     struck = False
     calm = time_step
-    parting = CREEP if crowd else TOUCH
+    parting = SLACK if crowd else TOUCH
     for index in range(first, last):
         contact = contacts[order[index]]
-        touches = contact.gap <= (TOUCH if contact.persistent == 1 else OVERLAP) * contact.size
+        touches = contact.gap <= (parting if contact.persistent == 1 else OVERLAP) * contact.size
         kept = max(contact.gap, 0.0) + 0.5 * time_step * contact.approach >= -CREEP * contact.size
         linear = contact.gap + 0.5 * time_step * (contact.approach + contact.free)
         kept = kept and not rebounds(contact, contact.approach, time_step, bounce_step)

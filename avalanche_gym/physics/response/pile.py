@@ -18,6 +18,10 @@ from .pile_preparation import prepare_bodies, prepare_contacts
 # Most sweeps of a substep with a blow in an island that is no crowd itself. Fewer: what falls on others is not stopped
 # in that substep, and sinks in.
 FEW_BODIES_SWEEPS = 12
+# A crowd of n bodies is taken for a heap of so many times n^(1/3) layers, and a sweep may carry loads on by no more than
+# one of them. Fewer sweeps than layers in a step: deep heaps that fall are never caught, and sink as fast as they are
+# pushed apart.
+LAYERS = 1.5
 
 
 @kernel
@@ -152,6 +156,14 @@ def certify_pile_island(
 
 
 @kernel
+def _most_sweeps(num_bodies, substeps):
+    """Sweeps that a substep may take."""
+    if num_bodies < LEAST_BODIES:
+        return FEW_BODIES_SWEEPS
+    return 1 + int(LAYERS * num_bodies ** (1.0 / 3.0) / substeps)
+
+
+@kernel
 def step_pile_island(
     bodies, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body,
     rows, moments, nodes, index, ends,
@@ -166,13 +178,13 @@ def step_pile_island(
     )  # fmt: skip
     warm_start(rows, moments, nodes, num_contacts, num_bodies)
     few = num_bodies < LEAST_BODIES
-    most_sweeps = FEW_BODIES_SWEEPS if few else 1
+    most_sweeps = _most_sweeps(num_bodies, substeps)
     for number in range(substeps):
         if number > 0:
             go_on(nodes, num_bodies)
             if few:
                 forget_blows(rows, nodes, num_contacts)
-        substep(rows, moments, nodes, num_contacts, num_bodies, time_step / substeps, most_sweeps)
+        substep(rows, moments, nodes, num_contacts, num_bodies, time_step / substeps, most_sweeps, few)
     size = math.inf
     for number in range(first, last):
         size = min(size, contacts[order[number]].size)
