@@ -3,8 +3,8 @@
     python -m benchmarks.pile [bodies] [--steps 360] [--rate 60] [--substeps 8] [--no-events] [--sleep] [--boxes]
                              [--rolling 0.005] [--alone]
 
-``bodies`` is 100 or 1000 (the hard cases ``pile_100`` and ``pile_1000``) or any other number; ``--boxes`` takes boxes of
-the same density alone. Both engines step in turn, 30 steps at a time, so that a busy machine slows both. Sleeping is
+``bodies`` is 100 or 1000 (the hard cases ``pile_100`` and ``pile_1000``) or any other number; ``--boxes`` takes boxes
+of the same density alone. Both engines step in turn, 30 steps at a time, so that a busy machine slows both. Sleeping is
 off on both sides. ``--alone`` and ``--sleep`` run ours alone, and so does ``--rolling``, rolling friction [m] for all.
 """
 
@@ -81,7 +81,8 @@ def main() -> None:
         print(
             f"{done:5d}: {costs[0]:8.4f} ms"
             + (f", Rapier {costs[1]:7.3f} ms" if peer else f", {int(world.sleeping.sum()):4d} asleep")
-            + f"; median speed {speed:.0e} m/s, {len(contacts):5d} contacts, {report.tier[0]}, residual {report.residual[0]:.0e},"
+            + f"; median speed {speed:.0e} m/s, {len(contacts):5d} contacts, {report.tier[0]},"
+            + f" residual {report.residual[0]:.0e},"
             + f" overlap 99 % {np.percentile(depth, 99):.4f} mm, most {depth.max():.4f} mm",
             flush=True,
         )

@@ -18,9 +18,9 @@ from .pile_preparation import prepare_bodies, prepare_contacts
 # Most sweeps of a substep with a blow in an island that is no crowd itself. Fewer: what falls on others is not stopped
 # in that substep, and sinks in.
 FEW_BODIES_SWEEPS = 12
-# A crowd of n bodies is taken for a heap of so many times n^(1/3) layers, and a sweep may carry loads on by no more than
-# one of them. Fewer sweeps than layers in a step: deep heaps that fall are never caught, and sink as fast as they are
-# pushed apart.
+# A crowd of n bodies is taken for a heap of so many times n^(1/3) layers, and a sweep may carry loads on by no more
+# than one of them. Fewer sweeps than layers in a step: deep heaps that fall are never caught, and sink as fast as they
+# are pushed apart.
 LAYERS = 1.5
 
 

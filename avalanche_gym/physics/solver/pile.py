@@ -45,8 +45,8 @@ LEFT = 0.05
 # An impulse that grows by more than this factor from one substep to the next is a blow. Smaller: loads that settle are
 # taken for blows.
 LEAP = 2.0
-# A crowd is swept again while a sweep changes more than this share of its load. Larger: loads of deep heaps that fall do
-# not get to the ground; smaller: heaps that lie are swept more than they need.
+# A crowd is swept again while a sweep changes more than this share of its load. Larger: loads of deep heaps that fall
+# do not get to the ground; smaller: heaps that lie are swept more than they need.
 UNSETTLED = 0.1
 
 
