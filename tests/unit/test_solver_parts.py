@@ -8,7 +8,7 @@ from avalanche_gym.physics.solver.cone import project
 from avalanche_gym.physics.solver.elimination import eliminate, order_at, rows_at, start_at
 from avalanche_gym.physics.solver.exact import NEEDS_MEMORY, solve_island
 from avalanche_gym.physics.solver.factorisation import factorise, solve
-from avalanche_gym.physics.solver.local_contact import solve_contact
+from avalanche_gym.physics.solver.local_contact import EXACTLY, solve_contact
 from avalanche_gym.physics.solver.workspace import NODE, ROW, Workspace
 from tests.oracles.solver_oracle import Problem, pyramid
 
@@ -99,7 +99,7 @@ def test_single_contact_is_solved_exactly():
         w = root @ root.T + 1e-2 * np.eye(3)
         q = rng.normal(size=3) * (2, 1, 1) - (1, 0, 0)
         friction = rng.choice([0.0, 0.2, 0.5, 1.0])
-        r = solve_contact(w[0, 0], w[0, 1], w[0, 2], w[1, 1], w[1, 2], w[2, 2], *q, friction)
+        r = solve_contact(w[0, 0], w[0, 1], w[0, 2], w[1, 1], w[1, 2], w[2, 2], *q, friction, EXACTLY)
         problem = Problem(w, q, normal[None], np.array([friction]), np.zeros((0, 3)))
         assert problem.residual(np.array([r])) < 1e-11
 

@@ -40,7 +40,8 @@ from .elimination import eliminate
 from .gauss_seidel import prepare_local, sweep
 from .held_moments import solve_contacts_alone
 from .interior_point import interior_point
-from .iterate import keep_best, restore_best
+from .iterate import keep_best, restore_accepted, restore_best
+from .local_contact import EXACTLY
 from .newton import newton
 from .problem import prepare_nodes, prepare_rows
 from .residual import evaluate, free_violation
@@ -55,12 +56,13 @@ CERTIFIED = 0.1
 WARM_DELTA, WARM_BUDGET = 1e-6, 8
 # If the tolerance is loose enough to be reached in that one step, the weight is this share of it.
 LOOSE, WARM_SHARE = 1e-7, 0.01
-# Islands of so few bodies are swept, which is cheap there, and given to Newton again before the interior point. The
-# weight is then the residual: as that of Levenberg and Marquardt it follows the error, so that convergence stays
-# quadratic (Fan & Yuan 2005), and no step goes much farther than the error does. A fixed 1e-6 threw what the sweeps had
-# nearly solved far off: contacts that are nearly redundant take and give back any load. A larger least weight: steps
-# wasted near the end.
-SWEPT_BODIES, SWEPT_DELTA, SWEPT_BUDGET = 11, 1e-6, 12
+# Islands of so few bodies are swept, which is cheap there, as soon as a step leaps, and given to Newton again before
+# the interior point: where a warm start misses a blow, full steps lead from one guess of which contacts bear to the
+# next, until the budget is spent. The weight is then the residual: as that of Levenberg and Marquardt it follows the
+# error, so that convergence stays quadratic (Fan & Yuan 2005), and no step goes much farther than the error does. A
+# fixed 1e-6 threw what the sweeps had nearly solved far off: contacts that are nearly redundant take and give back
+# any load. A larger least weight: steps wasted near the end.
+SWEPT_BODIES, SWEPT_DELTA, SWEPT_BUDGET = 11, 1e-6, 16
 # Interior point: residual at which Newton takes over, in the first round and in the second, and most factorisations of
 # each. Handing over earlier saves steps in easy islands and loses jammed ones.
 FIRST_GOAL, SECOND_GOAL, INTERIOR_BUDGET = 1e-8, 1e-9, 30
@@ -70,8 +72,9 @@ GOOD = 1e-10
 POLISH_DELTA, POLISH_BUDGET = 1e-4, 30
 # An impulse below this share of the largest of its island is a trace of round-off, not a load.
 TRACE = 1e-15
-# Sweeps that unsettle Newton's method.
-UNSETTLING_SWEEPS = 10
+# Sweeps that unsettle Newton's method, and how well they solve a contact that slips: they are to find out which ones
+# bear. Fewer or rougher: more factorisations; to round-off a sweep takes twice as long and finds out nothing else.
+UNSETTLING_SWEEPS, ROUGHLY = 5, 0.01
 # Above so many 6 x 6 block products a factorisation is not worth its time (0.1 us each); sweeps take over.
 MOST_PRODUCTS = 200_000
 # Residual above which an island is begun anew, from no impulses.
@@ -135,7 +138,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
         # In closed form: exact, and better than the warm start, or round-off keeps both from being.
         prepare_local(rows, nodes, num_contacts)
         keep_best(rows, num_contacts)
-        sweep(rows, nodes, num_contacts)
+        sweep(rows, nodes, num_contacts, EXACTLY)
         residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
         if residual >= best:
             restore_best(rows, num_contacts)
@@ -150,7 +153,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
         method = SWEEPS
         prepare_local(rows, nodes, num_contacts)
         while spent < MOST_SWEEPS:
-            sweep(rows, nodes, num_contacts)
+            sweep(rows, nodes, num_contacts, EXACTLY)
             spent += 1
             if spent % SWEEPS_PER_LOOK == 0:
                 residual, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
@@ -166,10 +169,12 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
         budget = WARM_BUDGET
         goal = FIRST_GOAL
         fresh = True
+        shares = True
+        leaves = num_bodies <= SWEPT_BODIES
         while True:
             best, used, solved = newton(
                 rows, nodes, blocks, index, num_contacts, num_bodies, num_handles, slots, violation, tolerance,
-                present, best, delta, min(budget, max_iterations - spent), fresh,
+                present, best, delta, min(budget, max_iterations - spent), shares, leaves,
             )  # fmt: skip
             spent += used
             if solved:
@@ -178,12 +183,13 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 break
             swept = fresh and num_bodies <= SWEPT_BODIES
             if swept:
-                restore_best(rows, num_contacts)
+                # The best impulses may be those after a leap, which lead nowhere.
+                restore_accepted(rows, num_contacts)
                 evaluate(rows, nodes, num_contacts, num_bodies, violation)
                 prepare_local(rows, nodes, num_contacts)
                 # They are cheap, and leave the factorisations to those who need them.
                 for _ in range(UNSETTLING_SWEEPS):
-                    sweep(rows, nodes, num_contacts)
+                    sweep(rows, nodes, num_contacts, ROUGHLY)
             elif rows[num_contacts - 1].of >= 0:
                 restore_best(rows, num_contacts)
                 spent += solve_contacts_alone(
@@ -198,6 +204,9 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
                 spent += used
             present, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
             fresh = False
+            leaves = False
+            # Where many bodies are jammed sharing stalls what the sweeps set going.
+            shares = swept and num_bodies == 1
             if swept:
                 delta = max(present, SWEPT_DELTA)
                 budget = SWEPT_BUDGET
@@ -230,7 +239,7 @@ def _sweep_from_nothing(rows, nodes, num_contacts, num_bodies, violation, best):
     evaluate(rows, nodes, num_contacts, num_bodies, violation)
     prepare_local(rows, nodes, num_contacts)
     for _ in range(MOST_SWEEPS):
-        sweep(rows, nodes, num_contacts)
+        sweep(rows, nodes, num_contacts, EXACTLY)
     anew, _ = evaluate(rows, nodes, num_contacts, num_bodies, violation)
     if anew * max(violation, _load(rows, num_contacts)) < wrong:
         return anew

@@ -72,7 +72,7 @@ def push(node, arm, impulse, sign):
 
 
 @kernel
-def relax(row, nodes):
+def relax(row, nodes, accuracy):
     """Solve one contact with all others held; update its impulse and the velocities of its two bodies."""
     normal = vec3.load(row.normal)
     old = vec3.load(row.impulse)
@@ -88,7 +88,7 @@ def relax(row, nodes):
     q_n = u_n - (w[0] * r_n + w[1] * r_1 + w[2] * r_2)
     q_1 = vec3.dot(velocity, t1) - (w[1] * r_n + w[3] * r_1 + w[4] * r_2)
     q_2 = vec3.dot(velocity, t2) - (w[2] * r_n + w[4] * r_1 + w[5] * r_2)
-    r_n, r_1, r_2 = solve_contact(w[0], w[1], w[2], w[3], w[4], w[5], q_n, q_1, q_2, row.friction)
+    r_n, r_1, r_2 = solve_contact(w[0], w[1], w[2], w[3], w[4], w[5], q_n, q_1, q_2, row.friction, accuracy)
     new = vec3.add_scaled(vec3.add_scaled(vec3.scale(r_n, normal), r_1, t1), r_2, t2)
     step = vec3.sub(new, old)
     vec3.store(row.impulse, new)
@@ -119,11 +119,14 @@ def turn(node, moment, sign):
 
 
 @kernel
-def sweep(rows, nodes, num_contacts):
-    """One forward sweep. On entry the velocities of the nodes belong to the present impulses (``evaluate``)."""
+def sweep(rows, nodes, num_contacts, accuracy):
+    """One forward sweep. On entry the velocities of the nodes belong to the present impulses (``evaluate``).
+
+    ``accuracy``: of the direction in which a contact slips (solver/local_contact.py).
+    """
     for i in range(num_contacts):
         if rows[i].scale > 0.0:
             if rows[i].of >= 0:
                 relax_moment(rows, rows[i], nodes)
             else:
-                relax(rows[i], nodes)
+                relax(rows[i], nodes, accuracy)

@@ -11,6 +11,7 @@ from ..jit import kernel
 from ..maths import vec3
 from .gauss_seidel import prepare_local, relax_moment, sweep
 from .interior_point import interior_point
+from .local_contact import EXACTLY
 from .residual import evaluate, free_violation
 
 # Steps of the moments towards what the new contact impulses let them be.
@@ -43,7 +44,7 @@ def solve_contacts_alone(
     held, _ = evaluate(rows, nodes, contacts, num_bodies, pressing)
     if contacts == 1:
         prepare_local(rows, nodes, 1)
-        sweep(rows, nodes, 1)
+        sweep(rows, nodes, 1, EXACTLY)
         spent = 1
     else:
         _, spent = interior_point(

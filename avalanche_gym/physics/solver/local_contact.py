@@ -18,8 +18,9 @@ import math
 
 from ..jit import kernel
 
-# |f| relative to |r_t| at which the slip direction is final, and the most iterations (bisection alone needs 60).
-SLIP_ACCURACY = 1e-15
+# |f| relative to |r_t| at which the slip direction is final for those who want all of it, and the most iterations
+# (bisection alone needs 60).
+EXACTLY = 1e-15
 SLIP_ITERATIONS = 80
 # A Newton step that changes lambda by less than this fraction of S + lambda is the last one: the next would change it
 # by the square of that.
@@ -38,8 +39,8 @@ def slip_impulse(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, shift):
 
 
 @kernel
-def slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction):
-    """The impulse of a slipping contact."""
+def slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction, accuracy):
+    """The impulse of a slipping contact, with |f| <= ``accuracy`` |r_t| before r_t is shortened to fit the cone."""
     low = 0.0
     high = math.inf
     shift = 0.0
@@ -47,7 +48,7 @@ def slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction):
     for _ in range(SLIP_ITERATIONS):
         length = math.sqrt(r_1 * r_1 + r_2 * r_2)
         value = length - friction * r_n
-        if abs(value) <= SLIP_ACCURACY * length:
+        if abs(value) <= accuracy * length:
             break
         if value > 0.0:
             low = shift
@@ -87,8 +88,8 @@ def slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction):
 
 
 @kernel
-def solve_contact(w_nn, w_n1, w_n2, w_11, w_12, w_22, q_n, q_1, q_2, friction):
-    """(r_n, r_1, r_2) of the contact problem above."""
+def solve_contact(w_nn, w_n1, w_n2, w_11, w_12, w_22, q_n, q_1, q_2, friction, accuracy):
+    """(r_n, r_1, r_2) of the contact problem above; ``accuracy`` as in ``slip_solution``."""
     if q_n >= 0.0 or w_nn <= 0.0:
         return 0.0, 0.0, 0.0
     if friction == 0.0:
@@ -105,4 +106,4 @@ def solve_contact(w_nn, w_n1, w_n2, w_11, w_12, w_22, q_n, q_1, q_2, friction):
             return r_n, r_1, r_2
     if b1 == 0.0 and b2 == 0.0:
         return -q_n / w_nn, 0.0, 0.0
-    return slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction)
+    return slip_solution(w_nn, w_n1, w_n2, s11, s12, s22, b1, b2, q_n, friction, accuracy)

@@ -19,13 +19,16 @@ from __future__ import annotations
 from ..jit import kernel
 from .iterate import keep_accepted, keep_best, restore_accepted
 from .newton_step import step_alone, step_together
-from .residual import evaluate
+from .residual import evaluate, has_friction
 from .sharing import agree_on_shares, part, share_loads
 
 # A step counts as accepted if it falls below this part of the largest of the last five accepted residuals.
 ACCEPT = 0.999
 # Steps on trial that may follow a step that was not accepted. 0 loses a sixth of the jammed islands; more wastes steps.
 WATCH = 6
+# Residual above which a step has leapt: most contacts do something else than it took them to do. With friction one such
+# step leads to the next, so fewer are made on trial; without it they find out which contacts bear.
+LEAP, WATCH_LEAPS = 0.5, 2
 # Factor on delta after an accepted step that at least halved the residual, after another accepted one, after rejection.
 SHRINK_FAST, SHRINK, GROW = 0.01, 0.3, 10.0
 # delta stays above the first number until the residual is below SWITCH, then above the second: small weights resolve
@@ -52,6 +55,7 @@ def newton(
     delta,
     budget,
     shares,
+    leaves,
 ):
     """Iterate from the present impulses, just evaluated, until solved, stalled, or ``budget`` factorisations are spent.
 
@@ -61,10 +65,12 @@ def newton(
         best: smallest residual so far; its impulses are in ``rows.best``.
         delta: proximal weight to begin with.
         shares: whether loads that the law does not divide are shared (solver/sharing.py).
+        leaves: whether a step that leaps is the last.
 
     Returns:
         best residual, factorisations spent, whether it is solved to ``tolerance`` or to round-off. If it is, the last
-        iterate is the best; else it is left where it stopped, and ``restore_best`` leads back.
+        iterate is the best; else it is left where it stopped: ``restore_best`` leads back, and ``restore_accepted`` to
+        where it leapt from.
     """
     # The last accepted residuals, newest first; what is not yet filled does not count.
     h0, h1, h2, h3, h4 = present, 0.0, 0.0, 0.0, 0.0
@@ -75,6 +81,7 @@ def newton(
     if present < best:
         best = present
         keep_best(rows, num_contacts)
+    friction = has_friction(rows, num_contacts)
     # The caller found the present impulses wanting, be they within the tolerance.
     solved = False
     while spent < budget and not solved:
@@ -99,6 +106,9 @@ def newton(
                 since_mark = 0
         elif best <= tolerance:
             break
+        leapt = friction and trial > LEAP
+        if leaves and leapt:
+            break
         if trial <= ACCEPT * max(h0, h1, h2, h3, h4):
             shrink = SHRINK_FAST if trial < 0.5 * present else SHRINK
             delta = max(shrink * delta, DELTA_MIN_NEAR if trial < SWITCH else DELTA_MIN)
@@ -107,7 +117,7 @@ def newton(
             on_trial = 0
             if since_mark > PATIENCE:
                 break
-        elif on_trial < WATCH:
+        elif on_trial < (WATCH_LEAPS if leapt else WATCH):
             on_trial += 1
         else:
             if delta >= 1.0:

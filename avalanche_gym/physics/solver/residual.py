@@ -70,6 +70,15 @@ def contact_error(row, impulse, velocity):
 
 
 @kernel
+def has_friction(rows, num_contacts):
+    """Whether anything keeps the bodies from sliding or turning."""
+    friction = 0.0
+    for i in range(num_contacts):
+        friction = max(friction, rows[i].friction)
+    return friction > 0.0
+
+
+@kernel
 def free_violation(rows, num_contacts):
     """res at r = 0: what the free motion violates.
 
