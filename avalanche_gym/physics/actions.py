@@ -10,7 +10,7 @@ from .contacts.sleeping import wake
 from .readings import Readings
 from .selection import WorldIndex, select_body, select_worlds, spread
 from .shapes import HeightField, checks
-from .tables import parameters
+from .tables import height_samples, parameters
 
 
 class Actions(Readings):
@@ -156,7 +156,8 @@ class Actions(Readings):
                 'motion="kinematic".'
             )
         self._wake(mask, index)
-        parameters.set_heights(self._storage, self._tables.shapes.height_field_rows[index], mask, heights, height_rates)
+        row = self._tables.shapes.height_field_rows[index]
+        height_samples.set_heights(self._storage, row, mask, heights, height_rates)
         self._forget_places(mask)
 
     def wake(self, body: int | None = None, *, world: WorldIndex = None) -> None:

@@ -14,7 +14,7 @@ from .report import StepReport, describe_steps
 from .scene import Scene
 from .selection import WorldIndex, select_body, select_world
 from .shapes import Shape
-from .tables import parameters
+from .tables import height_samples
 from .tables.construction import Tables
 from .tables.storage import Storage
 
@@ -177,7 +177,7 @@ class Readings:
         if index not in self._tables.shapes.height_field_rows:
             kind = type(getattr(self.scene.bodies[index], "shape", None)).__name__
             raise ValueError(f"heights({body}): this body is a {kind}; give the handle of a HeightField.")
-        return parameters.heights_of(self._storage, self._tables.shapes.height_field_rows[index], number)
+        return height_samples.heights_of(self._storage, self._tables.shapes.height_field_rows[index], number)
 
     def report(self) -> StepReport:
         """What the last call of ``step`` did; see StepReport."""

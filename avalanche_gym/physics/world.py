@@ -21,7 +21,7 @@ from .report import Features
 from .scene import Body, Scene
 from .selection import WorldIndex, select_body, select_worlds
 from .stepping import Stepper
-from .tables import membership, parameters
+from .tables import height_samples, membership, rebuild
 from .tables.construction import build_tables
 from .tables.storage import Storage
 
@@ -169,9 +169,9 @@ class World(Actions):
         for name in ("states", "impulses", *PUBLIC_ARRAYS):
             self._storage.arrays[name][:, kept] = old.arrays[name][:, kept]
         self._storage.arrays["reports"][:] = old.arrays["reports"]
-        parameters.carry_parameters(old, self._storage, kept)
-        parameters.carry_contacts(old, self._storage, changed)
-        parameters.carry_heights(old, self._storage, kept)
+        rebuild.carry_parameters(old, self._storage, kept)
+        rebuild.carry_contacts(old, self._storage, changed)
+        rebuild.carry_heights(old, self._storage, kept)
         self._storage.link()
 
     # --- State as a whole ---------------------------------------------------------------------------------------------
@@ -191,7 +191,7 @@ class World(Actions):
         for index in self._tables.choices:
             # Where its centre of mass is depends on the shape it now has.
             frames.adopt(self._address, mask, index)
-        parameters.reset_heights(self._storage, mask, self._storage.initial["heights"])
+        height_samples.reset_heights(self._storage, mask, self._storage.initial["heights"])
 
     def snapshot(self) -> Snapshot:
         """Every bit that decides the future, warm starts and parameters included; restore it any number of times."""
@@ -205,7 +205,7 @@ class World(Actions):
             raise ValueError("restore: this snapshot was made by another World; restore it there.")
         if snapshot.bodies != self.scene.bodies:
             self._build(self.scene.with_bodies(snapshot.bodies), self.num_worlds)
-            self._storage.load(parameters.renumbered(snapshot.arrays, self._storage))
+            self._storage.load(rebuild.renumbered(snapshot.arrays, self._storage))
         else:
             self._storage.load(snapshot.arrays)
 
