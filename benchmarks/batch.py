@@ -37,41 +37,43 @@ WARM = 10  # environment steps before the timing: the first after a start have n
 BODIES = sum(body is not None and body.motion == "dynamic" for body in push_scene().bodies)
 ANY_CASE = HARD_CASES["trough"]  # adapters look at the theme of a case only
 
+ENV_STEP = PUSH_STEP * PUSH_STEPS  # [s]
+
 Stepper = Callable[[np.ndarray], None]  # one environment step; takes (worlds, 3) [N s]
 
 
-def ours(worlds: int, threads: int) -> tuple[Stepper, Callable[[], None]]:
-    options = physics.Options(time_step=PUSH_STEP, sleeping=False, threads=threads)
-    world = physics.World(push_scene(), num_worlds=worlds, options=options)
+def ours(worlds: int, threads: int, steps: int = PUSH_STEPS, **options: Any) -> tuple[Stepper, Callable[[], None]]:
+    chosen = physics.Options(time_step=ENV_STEP / steps, sleeping=False, threads=threads, **options)
+    world = physics.World(push_scene(), num_worlds=worlds, options=chosen)
 
     def step(pushes: np.ndarray) -> None:
         world.impulse_buffer[:, PUSHED, :3] = pushes
-        world.step(PUSH_STEPS)
+        world.step(steps)
 
     return step, world.reset
 
 
-def mujoco(worlds: int, threads: int) -> tuple[Stepper, Callable[[], None]]:
+def mujoco(worlds: int, threads: int, steps: int = PUSH_STEPS) -> tuple[Stepper, Callable[[], None]]:
     import mujoco as mj
     from mujoco import rollout
 
     from .peers.mujoco_engine import MuJoCo
 
-    single = MuJoCo(ANY_CASE, push_scene(), PUSH_STEP, "IMPLICITFAST")
+    single = MuJoCo(ANY_CASE, push_scene(), ENV_STEP / steps, "IMPLICITFAST")
     model, data = single.model, single.data
     full, force = mj.mjtState.mjSTATE_FULLPHYSICS, mj.mjtState.mjSTATE_XFRC_APPLIED
     first = np.zeros(mj.mj_stateSize(model, full))
     mj.mj_getState(model, data, first, full)
     state = np.tile(first, (worlds, 1))
-    forces = np.zeros((worlds, PUSH_STEPS, model.nbody, 6))
+    forces = np.zeros((worlds, steps, model.nbody, 6))
     body = model.body(f"b{PUSHED}").id
     copies = [copy.copy(data) for _ in range(threads)]
     runner = rollout.Rollout(nthread=threads if threads > 1 else 0)
 
     def step(pushes: np.ndarray) -> None:
-        forces[:, :, body, :3] = pushes[:, None] / (PUSH_STEP * PUSH_STEPS)
+        forces[:, :, body, :3] = pushes[:, None] / ENV_STEP
         found, _ = runner.rollout(
-            model, copies, state, forces.reshape(worlds, PUSH_STEPS, -1), control_spec=int(force), nstep=PUSH_STEPS,
+            model, copies, state, forces.reshape(worlds, steps, -1), control_spec=int(force), nstep=steps,
             skip_checks=False,
         )  # fmt: skip
         state[:] = found[:, -1]
@@ -82,14 +84,14 @@ def mujoco(worlds: int, threads: int) -> tuple[Stepper, Callable[[], None]]:
     return step, reset
 
 
-def one_by_one(build: Callable[[], Any], worlds: int) -> tuple[Stepper, Callable[[], None]]:
+def one_by_one(build: Callable[[], Any], worlds: int, steps: int) -> tuple[Stepper, Callable[[], None]]:
     """Simulations of an engine without batches."""
     simulations = [build() for _ in range(worlds)]
 
     def step(pushes: np.ndarray) -> None:
         for simulation, push in zip(simulations, pushes, strict=True):
             simulation.apply_impulse(PUSHED, push)
-            simulation.step(PUSH_STEPS)
+            simulation.step(steps)
 
     def reset() -> None:
         for simulation in simulations:
@@ -99,16 +101,16 @@ def one_by_one(build: Callable[[], Any], worlds: int) -> tuple[Stepper, Callable
     return step, reset
 
 
-def pybullet(worlds: int, _threads: int) -> tuple[Stepper, Callable[[], None]]:
+def pybullet(worlds: int, _threads: int, steps: int = PUSH_STEPS) -> tuple[Stepper, Callable[[], None]]:
     from .peers.pybullet_engine import PyBullet
 
-    return one_by_one(partial(PyBullet, ANY_CASE, push_scene(), PUSH_STEP), worlds)
+    return one_by_one(partial(PyBullet, ANY_CASE, push_scene(), ENV_STEP / steps), worlds, steps)
 
 
-def rapier(worlds: int, _threads: int) -> tuple[Stepper, Callable[[], None]]:
+def rapier(worlds: int, _threads: int, steps: int = PUSH_STEPS) -> tuple[Stepper, Callable[[], None]]:
     from .peers.rapier_engine import Rapier
 
-    return one_by_one(partial(Rapier, ANY_CASE, push_scene(), PUSH_STEP), worlds)
+    return one_by_one(partial(Rapier, ANY_CASE, push_scene(), ENV_STEP / steps), worlds, steps)
 
 
 ENGINES = {"avalanche": ours, "MuJoCo": mujoco, "PyBullet": pybullet, "Rapier": rapier}
@@ -117,7 +119,6 @@ NO_BATCHES = ("PyBullet", "Rapier")
 
 def measure(engine: str, worlds: int, seconds: float, threads: int) -> tuple[float, float, float, float]:
     """Environment steps a second (median, lowest, highest of five) and kB a world. In a process of its own."""
-    clock = time.process_time if threads == 1 else time.perf_counter
     pushes = push_impulses(np.random.default_rng(0), 64 * worlds).reshape(64, worlds, 3)
     ENGINES[engine](1, 1)[0](pushes[0, :1])  # imports and compiles
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -125,6 +126,14 @@ def measure(engine: str, worlds: int, seconds: float, threads: int) -> tuple[flo
     for number in range(WARM):
         step(pushes[number])
     memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / worlds
+    rates = rates_of(step, reset, pushes, seconds, time.process_time if threads == 1 else time.perf_counter)
+    return float(np.median(rates)), min(rates), max(rates), memory
+
+
+def rates_of(
+    step: Stepper, reset: Callable[[], None], pushes: np.ndarray, seconds: float, clock: Callable[[], float]
+) -> list[float]:
+    """Environment steps a second, five times; the scene has taken WARM steps."""
     rates, age = [], WARM
     for _ in range(5):
         done, start = 0, clock()
@@ -134,8 +143,8 @@ def measure(engine: str, worlds: int, seconds: float, threads: int) -> tuple[flo
                 age = 0
             step(pushes[age % 64])
             done, age = done + 1, age + 1
-        rates.append(done * worlds / (clock() - start))
-    return float(np.median(rates)), min(rates), max(rates), memory
+        rates.append(done * pushes.shape[1] / (clock() - start))
+    return rates
 
 
 def _answer(pipe: Any, engine: str, worlds: int, seconds: float, threads: int) -> None:

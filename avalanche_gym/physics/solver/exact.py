@@ -219,7 +219,7 @@ def solve_rows(num_contacts, num_bodies, num_handles, tolerance, max_iterations,
             goal = SECOND_GOAL if goal == FIRST_GOAL else 0.0
     restore_best(rows, num_contacts)
     best, noise = evaluate(rows, nodes, num_contacts, num_bodies, violation)
-    if best > POOR and max_iterations > WARM_BUDGET:
+    if best > max(POOR, tolerance) and max_iterations > WARM_BUDGET:
         anew = _sweep_from_nothing(rows, nodes, num_contacts, num_bodies, violation, best)
         if anew < math.inf:
             return anew, spent + MOST_SWEEPS, SWEEPS

@@ -1,0 +1,155 @@
+"""The small push scene, speed against error: every engine at several steps, and how far it is from the limit.
+
+    python -m benchmarks.push_curve [--worlds 48] [--plot docs/figures/push_curve.svg]
+
+Boxes are pushed every 20 ms, each in its own way, from the same start. Errors are those of the places of box and ball
+(the larger one) after 20, 100 and 400 ms, against our steps of 20/128 ms: medians over the worlds. How far 20/64 ms is
+from those says the last line. The pushes are impulses there for every engine. Rates are environment steps a second
+of CPU time as in ``benchmarks.batch``, in batches of 256 where the engine has them; MuJoCo's rollout takes the push as
+a force over the 20 ms there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avalanche_gym import physics
+from avalanche_gym.physics.scenes.push import PUSHED, push_impulses, push_scene
+
+from . import batch
+
+Places = np.ndarray  # (environment steps, worlds, 2, 3) [m] of ball and box
+SECONDS = 1.0  # of a measurement
+FINE = 128  # steps of an environment step in the reference
+AFTER = (1, 5, 20)  # environment steps at which errors are printed
+WORLDS = 256  # of a batch whose rate is measured
+LEARNING: dict[str, Any] = {"events": False, "tolerance": 1e-4}  # as PushTerrain ships
+STEPS = (1, 2, 4, 8, 16)  # of an environment step
+
+
+def rate(build: Callable[[int, int], tuple[batch.Stepper, Callable[[], None]]], worlds: int) -> float:
+    """Environment steps a second of CPU time."""
+    pushes = push_impulses(np.random.default_rng(0), 64 * worlds).reshape(64, worlds, 3)
+    step, reset = build(worlds, 1)
+    for number in range(batch.WARM):
+        step(pushes[number])
+    return float(np.median(batch.rates_of(step, reset, pushes, SECONDS, time.process_time)))
+
+
+def our_places(steps: int, pushes: np.ndarray, **options: Any) -> Places:
+    chosen = physics.Options(time_step=batch.ENV_STEP / steps, sleeping=False, **options)
+    world = physics.World(push_scene(), num_worlds=pushes.shape[1], options=chosen)
+    found = []
+    for impulses in pushes:
+        world.impulse_buffer[:, PUSHED, :3] = impulses
+        world.step(steps)
+        found.append(world.position[:, 1:].copy())
+    return np.array(found)
+
+
+def places_of(build: Callable[[], Any], steps: int, pushes: np.ndarray) -> Places:
+    """Of an engine of the report, one world after the other."""
+    found = np.empty((*pushes.shape[:2], 2, 3))
+    for world in range(pushes.shape[1]):
+        simulation = build()
+        for number, push in enumerate(pushes[:, world]):
+            simulation.apply_impulse(PUSHED, push)
+            simulation.step(steps)
+            found[number, world] = simulation.state()[0][1:]
+        simulation.close()
+    return found
+
+
+def peers() -> dict[str, Callable[[float], Any]]:
+    """By name, what builds the scene with this step [s]; those that are installed."""
+    found: dict[str, Callable[[float], Any]] = {}
+    try:
+        from .peers.mujoco_engine import MuJoCo
+
+        found["MuJoCo"] = lambda step: MuJoCo(batch.ANY_CASE, push_scene(), step, "IMPLICITFAST")
+    except ImportError:
+        pass
+    try:
+        from .peers.pybullet_engine import PyBullet
+
+        found["PyBullet"] = partial(PyBullet, batch.ANY_CASE, push_scene())
+    except ImportError:
+        pass
+    try:
+        from .peers.rapier_engine import Rapier
+
+        found["Rapier"] = partial(Rapier, batch.ANY_CASE, push_scene())
+    except ImportError:
+        pass
+    return found
+
+
+def rows(pushes: np.ndarray) -> Iterator[tuple[str, int, float, Places]]:
+    """Engine, steps of an environment step, environment steps a second, places."""
+    for name, options in (("avalanche", {}), ("avalanche, learning", LEARNING)):
+        for steps in STEPS[:4]:
+            speed = rate(partial(batch.ours, steps=steps, **options), WORLDS)
+            yield name, steps, speed, our_places(steps, pushes, **options)
+    for name, build in peers().items():
+        for steps in STEPS[2:]:
+            worlds = batch.ONE_BY_ONE if name in batch.NO_BATCHES else WORLDS
+            speed = rate(partial(batch.ENGINES[name], steps=steps), worlds)
+            yield name, steps, speed, places_of(partial(build, batch.ENV_STEP / steps), steps, pushes)
+
+
+def plot(points: dict[str, list[tuple[float, float]]], path: Path) -> None:
+    """Error against rate, a line an engine."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
+    for name, found in points.items():
+        axes.plot(*zip(*found, strict=True), "o-", markersize=4, label=name)
+    axes.set(xscale="log", yscale="log", xlabel="environment steps per CPU s", ylabel="error after 0.4 s [m], median")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--worlds", type=int, default=48, help="of which the errors are medians")
+    parser.add_argument("--plot", type=Path, help="write a picture to this file")
+    arguments = parser.parse_args()
+    count = max(AFTER)
+    pushes = push_impulses(np.random.default_rng(5), count * arguments.worlds).reshape(count, arguments.worlds, 3)
+    reference = our_places(FINE, pushes)
+
+    def errors(places: Places) -> list[float]:
+        """[m] at AFTER; the farther one of ball and box counts."""
+        off = np.linalg.norm(places - reference, axis=3).max(axis=2)
+        return [float(np.median(off[number - 1])) for number in AFTER]
+
+    print(f"{'engine':20s} {'step':>8s} {'env steps per CPU s':>20s}   error after 20, 100, 400 ms [m]")
+    points: dict[str, list[tuple[float, float]]] = {}
+    for name, steps, rate, places in rows(pushes):
+        found = errors(places)
+        points.setdefault(name, []).append((rate, found[-1]))
+        print(
+            f"{name:20s} {batch.ENV_STEP / steps * 1e3:5.2f} ms {rate:20,.0f}   "
+            + "  ".join(f"{e:.1e}" for e in found),
+            flush=True,
+        )
+    found = errors(our_places(FINE // 2, pushes))
+    print(f"{'(20/64 ms)':20s} {'':8s} {'':20s}   " + "  ".join(f"{e:.1e}" for e in found))
+    if arguments.plot is not None:
+        plot(points, arguments.plot)
+
+
+if __name__ == "__main__":
+    main()
