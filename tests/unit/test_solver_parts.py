@@ -9,6 +9,7 @@ from avalanche_gym.physics.solver.elimination import eliminate, order_at, rows_a
 from avalanche_gym.physics.solver.exact import NEEDS_MEMORY, solve_island
 from avalanche_gym.physics.solver.factorisation import factorise, solve
 from avalanche_gym.physics.solver.local_contact import EXACTLY, solve_contact
+from avalanche_gym.physics.solver.residual import contact_error
 from avalanche_gym.physics.solver.workspace import NODE, ROW, Workspace
 from tests.oracles.solver_oracle import Problem, pyramid
 
@@ -119,6 +120,26 @@ def test_projection_on_the_cone():
         friction = rng.choice([0.0, 0.3, 2.0])
         twin = Problem(np.eye(3), np.zeros(3), normal[None], np.array([friction]), np.zeros((0, 3)))
         np.testing.assert_allclose(project(tuple(z), tuple(normal), friction), twin.project(z[None])[0], atol=1e-14)
+
+
+def test_error_of_a_contact_is_the_way_to_its_projection():
+    rng = np.random.default_rng(0)
+    rows = np.zeros(1, ROW)
+    cases = set()
+    for _ in range(400):
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        friction = rng.choice([0.0, 0.3, 2.0])
+        inverse = rng.uniform(0.5, 2.0)
+        impulse, velocity = rng.normal(size=(2, 3))
+        rows["normal"], rows["friction"], rows["inverse"] = normal, friction, inverse
+        slip = np.linalg.norm(velocity - velocity @ normal * normal)
+        corrected = inverse * (velocity + friction * slip * normal)
+        kept = np.array(project(tuple(impulse - corrected), tuple(normal), friction))
+        cases.add((bool(np.any(kept)), bool(np.all(kept == impulse - corrected))))
+        error = contact_error(rows[0], tuple(impulse), tuple(velocity))
+        np.testing.assert_allclose(error, (np.sum((impulse - kept) ** 2), np.sum(corrected**2)), rtol=1e-12)
+    assert cases == {(False, False), (True, True), (True, False)}
 
 
 def test_scaling_point_maps_one_vector_to_the_other():

@@ -23,7 +23,7 @@ import math
 
 from ..jit import kernel
 from ..maths import vec3
-from .cone import limit, project
+from .cone import limit
 from .response import (
     add_impulse,
     clear,
@@ -59,14 +59,32 @@ def moment_error(row, load, impulse, velocity):
 
 @kernel
 def contact_error(row, impulse, velocity):
-    """|F_i|^2 and |(u_i + mu |u_it| n_i) / Wd_i|^2 of a contact."""
+    """|F_i|^2 and |(u_i + mu |u_it| n_i) / Wd_i|^2 of a contact.
+
+    The projection of solver/cone.py, by parts along the normal and across it: where z is in the cone F is the corrected
+    velocity, where it is in the polar cone F is r.
+    """
     normal = vec3.load(row.normal)
     friction = row.friction
+    inverse = row.inverse
     along = vec3.dot(velocity, normal)
-    slip = math.sqrt(vec3.norm_squared(vec3.add_scaled(velocity, -along, normal)))
-    corrected = vec3.scale(row.inverse, vec3.add_scaled(velocity, friction * slip, normal))
-    error = vec3.sub(impulse, project(vec3.sub(impulse, corrected), normal, friction))
-    return vec3.norm_squared(error), vec3.norm_squared(corrected)
+    across = vec3.add_scaled(velocity, -along, normal)
+    slip_square = vec3.norm_squared(across)
+    lift = along + friction * math.sqrt(slip_square)
+    corrected = inverse * inverse * (lift * lift + slip_square)
+    load = vec3.dot(impulse, normal)
+    held = vec3.add_scaled(impulse, -load, normal)
+    aim = load - inverse * lift
+    aim_across = vec3.add_scaled(held, -inverse, across)
+    reach = math.sqrt(vec3.norm_squared(aim_across))
+    if aim >= 0.0 and reach <= friction * aim:
+        return corrected, corrected
+    if friction * reach <= -aim:
+        return vec3.norm_squared(impulse), corrected
+    foot = (aim + friction * reach) / (1.0 + friction * friction)
+    share = friction * foot / reach if reach > 0.0 else 0.0
+    short = load - foot
+    return short * short + vec3.norm_squared(vec3.add_scaled(held, -share, aim_across)), corrected
 
 
 @kernel
