@@ -31,7 +31,7 @@ FINE = 128  # steps of an environment step in the reference
 AFTER = (1, 5, 20)  # environment steps at which errors are printed
 WORLDS = 256  # of a batch whose rate is measured
 LEARNING: dict[str, Any] = {"events": False, "tolerance": 1e-4}  # as PushTerrain ships
-STEPS = (1, 2, 4, 8, 16)  # of an environment step
+STEPS = (1, 2, 4, 8)  # of an environment step
 
 
 def rate(build: Callable[[int, int], tuple[batch.Stepper, Callable[[], None]]], worlds: int) -> float:
@@ -94,11 +94,11 @@ def peers() -> dict[str, Callable[[float], Any]]:
 def rows(pushes: np.ndarray) -> Iterator[tuple[str, int, float, Places]]:
     """Engine, steps of an environment step, environment steps a second, places."""
     for name, options in (("avalanche", {}), ("avalanche, learning", LEARNING)):
-        for steps in STEPS[:4]:
+        for steps in STEPS:
             speed = rate(partial(batch.ours, steps=steps, **options), WORLDS)
             yield name, steps, speed, our_places(steps, pushes, **options)
     for name, build in peers().items():
-        for steps in STEPS[2:]:
+        for steps in STEPS:
             worlds = batch.ONE_BY_ONE if name in batch.NO_BATCHES else WORLDS
             speed = rate(partial(batch.ENGINES[name], steps=steps), worlds)
             yield name, steps, speed, places_of(partial(build, batch.ENV_STEP / steps), steps, pushes)
