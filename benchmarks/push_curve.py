@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from avalanche_gym.physics.scenes.push import PUSHED, push_impulses, push_scene
 from . import batch
 
 Places = np.ndarray  # (environment steps, worlds, 2, 3) [m] of ball and box
-SECONDS = 1.0  # of a measurement
+SECONDS, ROUNDS = 0.5, 5  # of a measurement, and how many of each
 FINE = 128  # steps of an environment step in the reference
 AFTER = (1, 5, 20)  # environment steps at which errors are printed
 WORLDS = 256  # of a batch whose rate is measured
@@ -34,13 +35,28 @@ LEARNING: dict[str, Any] = {"events": False, "tolerance": 1e-4}  # as PushTerrai
 STEPS = (1, 2, 4, 8)  # of an environment step
 
 
-def rate(build: Callable[[int, int], tuple[batch.Stepper, Callable[[], None]]], worlds: int) -> float:
-    """Environment steps a second of CPU time."""
-    pushes = push_impulses(np.random.default_rng(0), 64 * worlds).reshape(64, worlds, 3)
-    step, reset = build(worlds, 1)
-    for number in range(batch.WARM):
-        step(pushes[number])
-    return float(np.median(batch.rates_of(step, reset, pushes, SECONDS, time.process_time)))
+@dataclass(frozen=True)
+class Candidate:
+    """An engine at one step."""
+
+    name: str
+    steps: int  # of an environment step
+    build: Callable[[int, int], tuple[batch.Stepper, Callable[[], None]]]  # worlds, threads: as in benchmarks.batch
+    worlds: int  # of the batch whose rate is measured
+    places: Callable[[], Places]
+
+
+def rates(candidates: Sequence[Candidate]) -> list[float]:
+    """Environment steps a second of CPU time: of each in turn, several times; a busy machine slows all alike."""
+    running = []
+    for candidate in candidates:
+        pushes = push_impulses(np.random.default_rng(0), 64 * candidate.worlds).reshape(64, candidate.worlds, 3)
+        step, reset = candidate.build(candidate.worlds, 1)
+        for number in range(batch.WARM):
+            step(pushes[number])
+        running.append((step, reset, pushes))
+    found = [[batch.rates_of(*one, SECONDS, time.process_time) for one in running] for _ in range(ROUNDS)]
+    return np.median(np.concatenate(found, axis=1), axis=1).tolist()
 
 
 def our_places(steps: int, pushes: np.ndarray, **options: Any) -> Places:
@@ -91,17 +107,16 @@ def peers() -> dict[str, Callable[[float], Any]]:
     return found
 
 
-def rows(pushes: np.ndarray) -> Iterator[tuple[str, int, float, Places]]:
-    """Engine, steps of an environment step, environment steps a second, places."""
+def candidates(pushes: np.ndarray) -> Iterator[Candidate]:
     for name, options in (("avalanche", {}), ("avalanche, learning", LEARNING)):
         for steps in STEPS:
-            speed = rate(partial(batch.ours, steps=steps, **options), WORLDS)
-            yield name, steps, speed, our_places(steps, pushes, **options)
+            places = partial(our_places, steps, pushes, **options)
+            yield Candidate(name, steps, partial(batch.ours, steps=steps, **options), WORLDS, places)
     for name, build in peers().items():
         for steps in STEPS:
             worlds = batch.ONE_BY_ONE if name in batch.NO_BATCHES else WORLDS
-            speed = rate(partial(batch.ENGINES[name], steps=steps), worlds)
-            yield name, steps, speed, places_of(partial(build, batch.ENV_STEP / steps), steps, pushes)
+            places = partial(places_of, partial(build, batch.ENV_STEP / steps), steps, pushes)
+            yield Candidate(name, steps, partial(batch.ENGINES[name], steps=steps), worlds, places)
 
 
 def plot(points: dict[str, list[tuple[float, float]]], path: Path) -> None:
@@ -137,11 +152,12 @@ def main() -> None:
 
     print(f"{'engine':20s} {'step':>8s} {'env steps per CPU s':>20s}   error after 20, 100, 400 ms [m]")
     points: dict[str, list[tuple[float, float]]] = {}
-    for name, steps, rate, places in rows(pushes):
-        found = errors(places)
-        points.setdefault(name, []).append((rate, found[-1]))
+    several = list(candidates(pushes))
+    for one, rate in zip(several, rates(several), strict=True):
+        found = errors(one.places())
+        points.setdefault(one.name, []).append((rate, found[-1]))
         print(
-            f"{name:20s} {batch.ENV_STEP / steps * 1e3:5.2f} ms {rate:20,.0f}   "
+            f"{one.name:20s} {batch.ENV_STEP / one.steps * 1e3:5.2f} ms {rate:20,.0f}   "
             + "  ".join(f"{e:.1e}" for e in found),
             flush=True,
         )
