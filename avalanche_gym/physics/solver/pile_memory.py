@@ -25,14 +25,12 @@ PILE_ROW = np.dtype(  # (contacts of the island,); vectors of three numbers are 
         ("t2", np.float64, 3),
         ("prescribed", np.float64, 3),  # [m/s] relative velocity of what is not dynamic, and of moving surfaces
         ("inverse", np.float64, 6),  # of W [kg], in the same order
-        (
-            "slide",
-            np.float64,
-        ),  # [kg] of a step along the surface that cannot overshoot: 1 / the larger eigenvalue of W's tangent part
+        # [kg] of a step along the surface that cannot overshoot: 1 / the larger eigenvalue of W's tangent part
+        ("slide", np.float64),
         ("impulse", np.float64, 3),  # [N s] of the present substep
         ("earlier", np.float64, 3),  # [N s] of the substep before
         ("total", np.float64, 3),  # [N s] of the step
-        ("lasting", np.int64),  # 1: it touches all the while
+        ("lasting", np.int64),  # 1: it is taken to touch all the while
         ("bias", np.float64),  # [m/s] the sweeps ask for: normal velocity + bias >= 0
         ("open", np.float64),  # [m] what is left of a gap at this substep
     ],

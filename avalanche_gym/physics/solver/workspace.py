@@ -31,11 +31,8 @@ ROW = np.dtype(  # (contacts of the island,)
         ("normal", np.float64, 3),  # unit, from a to b, world frame
         ("arm_a", np.float64, 3),  # [m] from the centre of mass of a to the contact, world frame
         ("arm_b", np.float64, 3),
-        (
-            "free",
-            np.float64,
-            3,
-        ),  # w [m/s]: relative velocity of b against a without impulses, plus bias along the normal
+        # w [m/s]: relative velocity of b against a without impulses, plus bias along the normal
+        ("free", np.float64, 3),
         ("speed", np.float64),  # [m^2/s^2] squares of the velocities that w is made of: their round-off is in it
         ("impulse", np.float64, 3),  # r [N s] on b, world frame
         ("velocity", np.float64, 3),  # u = G y + w [m/s]
