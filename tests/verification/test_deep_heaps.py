@@ -1,4 +1,4 @@
-"""Heaps of many layers, whose load the sweeps of the pile tier have to carry down through all of them, come to rest."""
+"""Heaps and walls of many layers, whose load the pile tier has to carry down through all of them, come to rest."""
 
 from __future__ import annotations
 
@@ -50,3 +50,18 @@ def test_what_is_pushed_far_is_reported_where_it_ends() -> None:
         places = world.position[0, spheres]
         apart = np.linalg.norm(places[:, None] - places[None], axis=2) + 1e3 * np.eye(len(places))
         assert world.report().penetration[0] >= 2 * RADIUS - apart.min() - 1e-9
+
+
+def test_a_thin_wall_with_gaps_rests_with_more_substeps() -> None:
+    # One brick thick, twelve high: with the eight substeps of the default it sways at 1/60 s (docs/solver.md).
+    scene = physics.Scene()
+    scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+    scene.add_body(physics.Plane(), motion="static")
+    for row in range(12):
+        for column in range(12):
+            place = (0.2 * column + 0.1 * (row % 2), 0.0, 0.05 + 0.101 * row)
+            scene.add_body(physics.Box((0.1, 0.05, 0.05)), density=1000.0, position=place)
+    world = physics.World(scene, options=physics.Options(time_step=1.0 / 60.0, substeps=32, sleeping=False))
+    world.step(600)
+    assert np.linalg.norm(world.linear_velocity[0], axis=1).max() < 1e-3
+    assert np.abs(world.position[0, 1:, 1]).max() < 0.1
