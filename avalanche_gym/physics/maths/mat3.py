@@ -10,6 +10,12 @@ IDENTITY: Mat3 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @kernel
+def load(array):
+    """The first nine entries of an array."""
+    return (array[0], array[1], array[2], array[3], array[4], array[5], array[6], array[7], array[8])
+
+
+@kernel
 def apply(m, a):
     """m a."""
     return (

@@ -12,6 +12,12 @@ ZERO: Vec3 = (0.0, 0.0, 0.0)
 
 
 @kernel
+def load_row(rows, number):
+    """The first three entries of a row of a table of numbers."""
+    return (rows[number, 0], rows[number, 1], rows[number, 2])
+
+
+@kernel
 def load(array):
     """The first three entries of an array."""
     return (array[0], array[1], array[2])

@@ -15,7 +15,7 @@ import math
 
 from ..jit import kernel
 from ..maths import vec3
-from .gjk import nearest_on_triangle, simplex_point, store_support
+from .gjk import nearest_on_triangle, store_support
 
 MOST_POINTS, FIRST_FACE, MOST_FACES, FIRST_EDGE, MOST_EDGES = 64, 64, 128, 192, 64
 
@@ -35,8 +35,8 @@ NO_AREA = 1e-13
 @kernel
 def _add_face(scratch, row, i, j, k, size):
     """Write the face with corners i, j, k, counter-clockwise from outside."""
-    p = simplex_point(scratch, i)
-    normal = vec3.cross(vec3.sub(simplex_point(scratch, j), p), vec3.sub(simplex_point(scratch, k), p))
+    p = vec3.load_row(scratch, i)
+    normal = vec3.cross(vec3.sub(vec3.load_row(scratch, j), p), vec3.sub(vec3.load_row(scratch, k), p))
     area = math.sqrt(vec3.norm_squared(normal))
     face = scratch[row]
     face[DISTANCE] = math.inf
@@ -119,7 +119,7 @@ def _grow(scratch, faces, nearest, new, size):
     The hole grows from the nearest face across shared edges only, so that it stays in one piece where round-off decides
     what is seen. Faces without an area have no side; they go with their neighbours.
     """
-    point = simplex_point(scratch, new)
+    point = vec3.load_row(scratch, new)
     edges = 0
     row = nearest
     grows = True
@@ -163,7 +163,7 @@ def _point_on_a(scratch, faces, nearest, size):
         face = scratch[row]
         if face[DISTANCE] <= scratch[nearest, DISTANCE] + SAME_PLANE * size:
             i, j, k = int(face[CORNER]), int(face[CORNER + 1]), int(face[CORNER + 2])
-            p, q, r = simplex_point(scratch, i), simplex_point(scratch, j), simplex_point(scratch, k)
+            p, q, r = vec3.load_row(scratch, i), vec3.load_row(scratch, j), vec3.load_row(scratch, k)
             w_i, w_j, w_k = nearest_on_triangle(p, q, r)
             foot = vec3.add_scaled(vec3.add_scaled(vec3.scale(w_i, p), w_j, q), w_k, r)
             if vec3.norm_squared(foot) < smallest:

@@ -31,12 +31,6 @@ APART, TOUCHING = 0, 1
 
 
 @kernel
-def simplex_point(scratch, i):
-    """Point i of the difference."""
-    return (scratch[i, 0], scratch[i, 1], scratch[i, 2])
-
-
-@kernel
 def store_support(scratch, i, a, b, points, direction, shift):
     """Write into row i the point of b + shift - a furthest against a direction; return it."""
     on_a = placed_support(a, points, direction)
@@ -80,16 +74,16 @@ def nearest_on_triangle(a, b, c):
 @kernel
 def _weigh(scratch, i, weight_i, j, weight_j, k, weight_k):
     """The combination of three rows of the simplex."""
-    v = vec3.scale(weight_i, simplex_point(scratch, i))
-    v = vec3.add_scaled(v, weight_j, simplex_point(scratch, j))
-    return vec3.add_scaled(v, weight_k, simplex_point(scratch, k))
+    v = vec3.scale(weight_i, vec3.load_row(scratch, i))
+    v = vec3.add_scaled(v, weight_j, vec3.load_row(scratch, j))
+    return vec3.add_scaled(v, weight_k, vec3.load_row(scratch, k))
 
 
 @kernel
 def _plane_normal(scratch, i, j, k):
     """The normal of a triangle of the simplex; its length is twice the area."""
-    a = simplex_point(scratch, i)
-    return vec3.cross(vec3.sub(simplex_point(scratch, j), a), vec3.sub(simplex_point(scratch, k), a))
+    a = vec3.load_row(scratch, i)
+    return vec3.cross(vec3.sub(vec3.load_row(scratch, j), a), vec3.sub(vec3.load_row(scratch, k), a))
 
 
 @kernel
@@ -108,7 +102,7 @@ def reduce_simplex(scratch, count):
     i, j, k = 0, 1, 2
     w_i, w_j, w_k = 1.0, 0.0, 0.0
     if count == 2:
-        a, b = simplex_point(scratch, 0), simplex_point(scratch, 1)
+        a, b = vec3.load_row(scratch, 0), vec3.load_row(scratch, 1)
         ab = vec3.sub(b, a)
         t = min(max(-vec3.dot(a, ab) / vec3.norm_squared(ab), 0.0), 1.0)
         w_i, w_j, k = 1.0 - t, t, 0
@@ -116,7 +110,7 @@ def reduce_simplex(scratch, count):
         j = k = 0
     elif count == 3:
         w_i, w_j, w_k = nearest_on_triangle(
-            simplex_point(scratch, 0), simplex_point(scratch, 1), simplex_point(scratch, 2)
+            vec3.load_row(scratch, 0), vec3.load_row(scratch, 1), vec3.load_row(scratch, 2)
         )
     else:
         # The nearest of all four faces, unless the origin is on the inner side of each. If the tetrahedron is all but
@@ -126,11 +120,11 @@ def reduce_simplex(scratch, count):
         for opposite in range(4):
             p, q, r = (opposite + 1) % 4, (opposite + 2) % 4, (opposite + 3) % 4
             normal = _plane_normal(scratch, p, q, r)
-            height = vec3.dot(normal, simplex_point(scratch, p))
-            side = vec3.dot(normal, simplex_point(scratch, opposite)) - height
+            height = vec3.dot(normal, vec3.load_row(scratch, p))
+            side = vec3.dot(normal, vec3.load_row(scratch, opposite)) - height
             inside = inside and height * side < 0.0
             a, b, c = nearest_on_triangle(
-                simplex_point(scratch, p), simplex_point(scratch, q), simplex_point(scratch, r)
+                vec3.load_row(scratch, p), vec3.load_row(scratch, q), vec3.load_row(scratch, r)
             )
             squared = vec3.norm_squared(_weigh(scratch, p, a, q, b, r, c))
             if squared < smallest:
@@ -142,7 +136,7 @@ def reduce_simplex(scratch, count):
     direction = v
     if w_i > 0.0 and w_j > 0.0 and w_k > 0.0:
         normal = vec3.normalize(_plane_normal(scratch, i, j, k))
-        height = vec3.dot(normal, simplex_point(scratch, i))
+        height = vec3.dot(normal, vec3.load_row(scratch, i))
         direction = normal if height >= 0.0 else vec3.neg(normal)
         v = vec3.scale(height, normal)
     # Compact: the kept rows move to the front, by way of rows 4 to 6.

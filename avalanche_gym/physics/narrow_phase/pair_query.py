@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..jit import kernel
-from ..maths import vec3
+from ..maths import mat3, vec3
 from ..memory import table
 from ..model import CONTACT
 
@@ -92,11 +92,6 @@ def turned_of_second(query):
 
 
 @kernel
-def load_rotation(a):
-    return (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8])
-
-
-@kernel
 def store_rotation(a, m):
     for index in range(9):
         a[index] = m[index]
@@ -105,13 +100,13 @@ def store_rotation(a, m):
 @kernel
 def first_of(query):
     """Position, rotation and size of the first collider."""
-    return vec3.load(query.position_a), load_rotation(query.rotation_a), vec3.load(query.size_a)
+    return vec3.load(query.position_a), mat3.load(query.rotation_a), vec3.load(query.size_a)
 
 
 @kernel
 def second_of(query):
     """Position, rotation and size of the second collider."""
-    return vec3.load(query.position_b), load_rotation(query.rotation_b), vec3.load(query.size_b)
+    return vec3.load(query.position_b), mat3.load(query.rotation_b), vec3.load(query.size_b)
 
 
 @kernel

@@ -55,12 +55,6 @@ def hull_tables(rows, number, points, faces, corners, edges):
 
 
 @kernel
-def point_of(points, number):
-    """[m] hull frame."""
-    return (points[number, 0], points[number, 1], points[number, 2])
-
-
-@kernel
 def put_hull(hull, position_a, rotation_a, position_b, rotation_b, margin, scratch):
     """Describe a hull in the scratch table; return its place in the terrain's frame: origin [m] and rotation."""
     origin, axes = in_frame(position_a, rotation_a, position_b, rotation_b)
@@ -75,7 +69,7 @@ def list_corners(hull, origin, axes, number, highest, scratch):
     count = 0
     points = hull[1]
     while number < points.shape[0] and count < CORNERS_A_TURN:
-        point = vec3.add(origin, mat3.apply(axes, point_of(points, number)))
+        point = vec3.add(origin, mat3.apply(axes, vec3.load_row(points, number)))
         if point[2] <= highest:
             put_corner(scratch, count, point, number)
             count += 1
@@ -89,7 +83,7 @@ def _depth_in_hull(hull, p):
     _, points, faces, corners, _ = hull
     depth = math.inf
     for face in range(faces.shape[0]):
-        above = vec3.sub(p, point_of(points, corners[faces[face].first_corner]))
+        above = vec3.sub(p, vec3.load_row(points, corners[faces[face].first_corner]))
         depth = min(depth, -vec3.dot(vec3.load(faces[face].normal), above))
     return max(depth, 0.0)
 
@@ -111,8 +105,8 @@ def _crossing(scratch, row, hull, origin, axes, count):
     for attempt in range(2):
         for number in range(edges.shape[0]):
             edge = edges[number]
-            p = point_of(points, edge.start)
-            b = vec3.sub(point_of(points, edge.end), p)
+            p = vec3.load_row(points, edge.start)
+            b = vec3.sub(vec3.load_row(points, edge.end), p)
             own_length = math.sqrt(vec3.norm_squared(b))
             b = vec3.scale(1.0 / own_length, b)
             d = vec3.cross(e, b)
@@ -162,7 +156,7 @@ def _is_extreme(points, p, d, slack):
     """Whether no point of the hull lies lower along d than its corner p."""
     lowest = vec3.dot(p, d) - slack
     for number in range(points.shape[0]):  # noqa: SIM110  (kernels have no generators)
-        if vec3.dot(point_of(points, number), d) < lowest:
+        if vec3.dot(vec3.load_row(points, number), d) < lowest:
             return False
     return True
 
@@ -176,7 +170,7 @@ def _beside_corner(scratch, row, hull, origin, axes, count):
     length = scratch[row, 7]
     margin = margin_of(scratch)
     for number in range(points.shape[0]):
-        p = point_of(points, number)
+        p = vec3.load_row(points, number)
         t = vec3.dot(vec3.sub(p, start), e)
         d = vec3.sub(p, vec3.add_scaled(start, t, e))
         square = vec3.norm_squared(d)
@@ -200,7 +194,7 @@ def _over_face(hull, face, v, height, slack):
     foot = vec3.add_scaled(v, -height, vec3.load(faces[face].normal))
     for other in range(faces.shape[0]):
         n = vec3.load(faces[other].normal)
-        if vec3.dot(n, vec3.sub(foot, point_of(points, corners[faces[other].first_corner]))) > slack:
+        if vec3.dot(n, vec3.sub(foot, vec3.load_row(points, corners[faces[other].first_corner]))) > slack:
             return False
     return True
 
@@ -212,8 +206,8 @@ def _beside_hull(scratch, row, hull, v, axes, count):
     best = math.inf
     nearest = v
     for number in range(edges.shape[0]):
-        p = point_of(points, edges[number].start)
-        b = vec3.sub(point_of(points, edges[number].end), p)
+        p = vec3.load_row(points, edges[number].start)
+        b = vec3.sub(vec3.load_row(points, edges[number].end), p)
         t = min(max(vec3.dot(vec3.sub(v, p), b) / vec3.norm_squared(b), 0.0), 1.0)
         q = vec3.add_scaled(p, t, b)
         square = vec3.norm_squared(vec3.sub(q, v))
@@ -244,7 +238,7 @@ def _under_hull(scratch, row, hull, origin, axes, count):
     limit = math.inf
     for face in range(faces.shape[0]):
         n = vec3.load(faces[face].normal)
-        height = vec3.dot(n, vec3.sub(v, point_of(points, corners[faces[face].first_corner])))
+        height = vec3.dot(n, vec3.sub(v, vec3.load_row(points, corners[faces[face].first_corner])))
         if height > margin_of(scratch):
             return count
         if height > highest:

@@ -6,13 +6,7 @@ from ..contacts.located import ALL, FLYING, NONE, ROUND, any_lasts
 from ..jit import kernel
 from ..maths import vec3
 from ..memory import colliders_of, table
-from ..model import (
-    DYNAMIC,
-    LEAST_BODIES,
-    MESH,
-    MOST_ON_TERRAIN,
-    PLANE,
-)
+from ..model import DYNAMIC, LEAST_BODIES, MESH, MOST_ON_TERRAIN, PLANE
 from ..shape_rows import MESH_ROW
 
 # Islands of so many bodies are stopped for all that they strike, and stepped in parts in which they turn little.

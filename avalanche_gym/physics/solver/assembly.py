@@ -20,7 +20,6 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .elimination import position_at, rows_at, start_at
 from .linearisation import linearise, linearise_moment
-from .problem import load_matrix
 from .residual import load_on
 from .response import add_impulse, clear
 from .workspace import OPEN, SLIP
@@ -64,7 +63,7 @@ def linearise_rows(rows, nodes, num_contacts, num_bodies, delta):
 @kernel
 def add_stiffness(blocks, slot, row, arm):
     """Add the B of one contact, at ``arm`` from p, to K."""
-    b = load_matrix(row.stiffness)
+    b = mat3.load(row.stiffness)
     first = vec3.cross(arm, (b[0], b[1], b[2]))
     second = vec3.cross(arm, (b[3], b[4], b[5]))
     third = vec3.cross(arm, (b[6], b[7], b[8]))
@@ -85,7 +84,7 @@ def add_stiffness(blocks, slot, row, arm):
 def add_angular_stiffness(blocks, slot, rows, row, arm):
     """Add the B of a moment to K: it acts between turns alone, and on its contact's normal impulse by ``coupling``."""
     contact = rows[row.of]
-    fall = mat3.apply_transposed(load_matrix(contact.stiffness), vec3.load(contact.normal))
+    fall = mat3.apply_transposed(mat3.load(contact.stiffness), vec3.load(contact.normal))
     turned = vec3.cross(arm, fall)
     for r in range(3):
         c_r = row.coupling[r]
@@ -107,7 +106,7 @@ def add_row_stiffness(blocks, slot, rows, row, arm):
 def add_transformed(blocks, target, source, sign, node_i, d_i, node_j, d_j):
     """target += sign T_i^T K T_j, K in ``source``; the block behind it is used for K T_j."""
     product = source + 1
-    axes = load_matrix(node_j.axes)
+    axes = mat3.load(node_j.axes)
     root = sign * node_j.root
     for r in range(0, 36, 6):
         left = (blocks[source, r], blocks[source, r + 1], blocks[source, r + 2])
@@ -120,7 +119,7 @@ def add_transformed(blocks, target, source, sign, node_i, d_i, node_j, d_j):
         blocks[product, r + 3] = sign * turned[0]
         blocks[product, r + 4] = sign * turned[1]
         blocks[product, r + 5] = sign * turned[2]
-    axes = load_matrix(node_i.axes)
+    axes = mat3.load(node_i.axes)
     root = node_i.root
     for c in range(6):
         upper = (blocks[product, c], blocks[product, c + 6], blocks[product, c + 12])
@@ -199,7 +198,7 @@ def set_right_side(nodes, num_bodies):
     for i in range(num_bodies):
         node = nodes[i]
         linear = vec3.scale(node.root, vec3.load(node.linear))
-        angular = mat3.apply_transposed(load_matrix(node.axes), vec3.load(node.angular))
+        angular = mat3.apply_transposed(mat3.load(node.axes), vec3.load(node.angular))
         right_side = node.scaled
         right_side[0], right_side[1], right_side[2] = linear
         right_side[3], right_side[4], right_side[5] = angular
@@ -212,6 +211,6 @@ def set_velocities(nodes, num_bodies):
         node = nodes[i]
         y = node.scaled
         vec3.store(node.linear, (node.root * y[0], node.root * y[1], node.root * y[2]))
-        vec3.store(node.angular, mat3.apply(load_matrix(node.axes), (y[3], y[4], y[5])))
+        vec3.store(node.angular, mat3.apply(mat3.load(node.axes), (y[3], y[4], y[5])))
     vec3.store(nodes[num_bodies].linear, vec3.ZERO)
     vec3.store(nodes[num_bodies].angular, vec3.ZERO)

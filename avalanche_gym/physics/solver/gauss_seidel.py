@@ -12,7 +12,6 @@ from ..jit import kernel
 from ..maths import mat3, vec3
 from .cone import limit
 from .local_contact import solve_contact
-from .problem import load_matrix
 from .residual import load_on
 from .response import relative_velocity
 
@@ -32,7 +31,7 @@ def lever(axes, arm, direction):
 @kernel
 def add_local(local, node, arm, normal, t1, t2):
     """Add what one of the two bodies gives to W_ii."""
-    axes = load_matrix(node.axes)
+    axes = mat3.load(node.axes)
     direct = node.root * node.root
     n = lever(axes, arm, normal)
     a = lever(axes, arm, t1)
@@ -113,7 +112,7 @@ def relax_moment(rows, row, nodes):
 @kernel
 def turn(node, moment, sign):
     """Add the angular velocity that a moment makes."""
-    axes = load_matrix(node.axes)
+    axes = mat3.load(node.axes)
     turned = mat3.apply(axes, mat3.apply_transposed(axes, moment))
     vec3.store(node.angular, vec3.add_scaled(vec3.load(node.angular), sign, turned))
 

@@ -31,7 +31,6 @@ from .assembly import assemble_matrix, set_right_side, set_velocities
 from .factorisation import factorise, solve
 from .iterate import keep_best, restore_best
 from .linearisation import add_matrices, outer
-from .problem import load_matrix
 from .residual import evaluate
 from .response import add_impulse, clear, relative_velocity
 from .workspace import OPEN, STICK
@@ -168,7 +167,7 @@ def direction(row, nodes, smoothing):
     normal = vec3.load(row.normal)
     friction = row.friction
     change = relative_velocity(row, nodes)
-    step = vec3.sub(vec3.load(row.offset), mat3.apply(load_matrix(row.stiffness), change))
+    step = vec3.sub(vec3.load(row.offset), mat3.apply(mat3.load(row.stiffness), change))
     step_n = vec3.dot(step, normal)
     change_n = vec3.dot(change, normal)
     gap, t = slack(row, smoothing)

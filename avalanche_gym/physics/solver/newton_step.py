@@ -18,7 +18,6 @@ from .assembly import (
     set_velocities,
 )
 from .factorisation import factorise, factorise_diagonal, solve, solve_lower, solve_upper
-from .problem import load_matrix
 from .response import add_impulse_alone, relative_velocity, relative_velocity_alone, side_alone
 from .workspace import OPEN
 
@@ -28,7 +27,7 @@ def advance(rows, row, change):
     """Add dr = A - B du, and what a moment gains with its contact, to the impulse; ``change`` is du."""
     step = vec3.load(row.offset)
     if row.status != OPEN:
-        step = vec3.sub(step, mat3.apply(load_matrix(row.stiffness), change))
+        step = vec3.sub(step, mat3.apply(mat3.load(row.stiffness), change))
     if row.of >= 0:
         contact = rows[row.of]
         rise = vec3.dot(vec3.sub(vec3.load(contact.impulse), vec3.load(contact.dx)), vec3.load(contact.normal))
@@ -54,7 +53,7 @@ def step_together(rows, nodes, blocks, index, num_contacts, num_bodies, num_hand
 @kernel
 def _to_scaled(blocks, slot, node):
     """K <- 1 + T^T K T for a body about whose centre of mass K is."""
-    axes = load_matrix(node.axes)
+    axes = mat3.load(node.axes)
     root = node.root
     for r in range(0, 36, 6):
         for c in range(3):
@@ -84,7 +83,7 @@ def step_alone(rows, nodes, blocks, num_contacts, delta):
             _, arm = side_alone(row)
             add_row_stiffness(blocks, 0, rows, row, arm)
     node = nodes[0]
-    axes = load_matrix(node.axes)
+    axes = mat3.load(node.axes)
     _to_scaled(blocks, 0, node)
     factorise_diagonal(blocks, 0)
     y = node.scaled

@@ -31,12 +31,6 @@ RESERVED = 2
 
 
 @kernel
-def load_matrix(array):
-    """The first nine entries of an array as a matrix."""
-    return (array[0], array[1], array[2], array[3], array[4], array[5], array[6], array[7], array[8])
-
-
-@kernel
 def prepare_nodes(bodies, states, island_bodies, num_bodies, nodes, index):
     """Fill the nodes of the island's bodies and the table that leads from a body to its node."""
     for i in range(num_bodies):
@@ -65,7 +59,7 @@ def prepare_nodes(bodies, states, island_bodies, num_bodies, nodes, index):
 @kernel
 def rotational_response(node, arm):
     """Trace of the part of W_ii that a body's rotation adds: sum_j (|x|^2 - x_j^2) / I_j, x in the principal frame."""
-    scaled = mat3.apply_transposed(load_matrix(node.axes), arm)
+    scaled = mat3.apply_transposed(mat3.load(node.axes), arm)
     return max(node.trace * vec3.norm_squared(arm) - vec3.norm_squared(scaled), 0.0)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from .problem import load_matrix
 
 
 @kernel
@@ -45,7 +44,7 @@ def impulses_to_velocities(nodes, num_nodes):
     """Turn the sums of impulses of every node into its change of velocity: M^-1 applied to them."""
     for i in range(num_nodes):
         node = nodes[i]
-        axes = load_matrix(node.axes)
+        axes = mat3.load(node.axes)
         vec3.store(node.linear, vec3.scale(node.root * node.root, vec3.load(node.linear)))
         vec3.store(node.angular, mat3.apply(axes, mat3.apply_transposed(axes, vec3.load(node.angular))))
 
@@ -96,7 +95,7 @@ def velocities_alone(rows, nodes, num_contacts):
         if impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0:
             linear, angular = add_impulse_alone(row, impulse, linear, angular)
     node = nodes[0]
-    axes = load_matrix(node.axes)
+    axes = mat3.load(node.axes)
     linear = vec3.scale(node.root * node.root, linear)
     angular = mat3.apply(axes, mat3.apply_transposed(axes, angular))
     vec3.store(node.linear, linear)
