@@ -37,14 +37,17 @@ from .solver.pile_memory import PILE_NODE, PILE_ROW
 from .solver.pile_response import prepare_normal
 from .strays import mark_sliders, mark_strays, shallow
 
-# Contacts are found, and bodies swept apart, so many times at most: turned bodies show new faces again.
-ROUNDS = 6
+# Contacts are found, and bodies swept apart, until that moves none of them far; at most so many times, for what cannot
+# part. A round halves the deepest overlap, more or less, for turned bodies show new faces: from a whole body to none it
+# takes ten to twenty. Fewer: single bodies of heaps that fall end a step half inside others.
+ROUNDS = 24
 # Neighbours of bodies that overlap, so many bodies away, are looked at as well: they give way.
 HOPS = 2
 # Contacts closer than this fraction of the smaller body keep others from being pushed into it.
 NEAR = 0.05
-# Sweeps that part them in a round, and the most of them where no other round follows.
-SWEEPS, MOST_SWEEPS = 10, 40
+# Sweeps that part them in a round, and the most of them where no other round follows. Fewer: deep heaps take more
+# rounds, each of which looks for contacts again.
+SWEEPS, MOST_SWEEPS = 20, 40
 # What is known of a body's contacts at the end of the step: none overlaps by more than SHALLOW, or all that is near.
 SHALLOW_ONES, ALL_NEAR = 1, 2
 

@@ -41,6 +41,23 @@ def test_a_deep_heap_comes_to_rest(count: int, rate: int) -> None:
     assert np.percentile(depth, 99) < 1e-3
 
 
+def test_bodies_of_a_heap_that_falls_do_not_end_a_step_in_each_other() -> None:
+    """Balls against balls in closed form, all others as reported: 3 mm in any step, 1 mm for 99 of 100 contacts.
+
+    Where many are stopped at once while others fall on, six rounds of parting left a box 16 mm deep in its neighbour.
+    """
+    world = physics.World(pit(700), options=physics.Options(time_step=1.0 / 60.0, sleeping=False))
+    balls = [handle for handle, body in enumerate(world.scene.bodies) if isinstance(body.shape, physics.Sphere)]
+    depths = []
+    for _ in range(90):
+        world.step(1)
+        depths.append(np.maximum(-world.contacts()["gap"], 0.0))
+        places = world.position[0, balls]
+        apart = np.linalg.norm(places[:, None] - places[None], axis=2) + 1e3 * np.eye(len(places))
+        assert max(world.report().penetration[0], 2 * RADIUS - apart.min()) <= 3e-3
+    assert np.percentile(np.concatenate(depths), 99) <= 1e-3
+
+
 def test_what_is_pushed_far_is_reported_where_it_ends() -> None:
     # Spheres that a falling heap pushed through others within a step were reported as open: 6 cm.
     world = physics.World(pit(900), options=physics.Options(time_step=1.0 / 30.0, substeps=1, sleeping=False))
