@@ -28,6 +28,7 @@ from .memory import (
     starts_of,
     states_of,
     table,
+    traits_of,
     workspace_at,
     world_entry,
 )
@@ -63,7 +64,7 @@ def fly_bodies(address, workspace_address, world):
     members = table(workspace.members, header.num_bodies, np.int64)
     workspace.num_members = 0
     workspace.fastest_rate = 0.0
-    if header.moving_heights == 1:
+    if traits_of(header, world).moving_heights == 1:
         begin_moving(header, workspace, world)
     for index in range(header.num_bodies):
         if bodies[index].motion == DYNAMIC:
@@ -174,12 +175,13 @@ def find_contacts(address, workspace_address, world, num_pairs):
     before = contacts_of(header, world)
     chains = table(workspace.island_starts, workspace.island_starts_size, np.int64)
     following = table(workspace.order, workspace.order_size, np.int64)
-    coherent = workspace.part == WHOLE and header.moving_heights == 0
+    ground_moves = traits_of(header, world).moving_heights == 1
+    coherent = workspace.part == WHOLE and not ground_moves
     chained = False
     colliders = colliders_of(header)
     # In a crowd most islands are not stopped for their impacts: what is said of them is not asked again. Ground that
     # moves would have to be asked again.
-    kept = header.events == 1 and header.moving_heights == 0 and (workspace.part != WHOLE or header.step_pile == 0)
+    kept = header.events == 1 and not ground_moves and (workspace.part != WHOLE or header.step_pile == 0)
     if workspace.part == WHOLE:
         forget_answers(workspace)
     count = np.int64(0)

@@ -20,6 +20,7 @@ from .model import (
     QUESTION,
     REPORT,
     REST,
+    TRAITS,
 )
 from .shape_rows import (
     FACE_ROW,
@@ -58,6 +59,7 @@ WORLD_TABLES = {
     "contacts": CONTACT,  # (worlds, capacity)
     "num_contacts": np.dtype(np.int64),  # (worlds,)
     "rest": REST,  # (worlds, bodies)
+    "traits": TRAITS,  # (worlds,)
     "asleep_contacts": CONTACT,  # (worlds, capacity, 0 if nothing may sleep)
     "num_asleep_contacts": np.dtype(np.int64),  # (worlds,)
     "position": np.dtype(np.float64),  # (worlds, bodies, 3) [m] of the user's frame
@@ -100,10 +102,7 @@ HEADER = np.dtype(
         ("asleep_capacity", np.int64),
         ("sleeping", np.int64),  # 0: nothing may sleep
         ("collisions", np.int64),  # 0: no two bodies of this scene can meet
-        ("moving_heights", np.int64),
         ("driven", np.int64),  # 0: this scene has no kinematic bodies
-        ("restitution", np.int64),  # 0: nothing in this scene bounces
-        ("moments", np.int64),  # 0: no contact of this scene has rolling or torsional friction
         ("time_step", np.float64),  # [s]
         ("tolerance", np.float64),
         ("max_iterations", np.int64),

@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 from .broad_phase.tables import CELL, GRID, PROXY
 from .jit import kernel
 from .layout import HEADER, WORKSPACE
-from .model import BODY, BODY_STATE, COLLIDER, CONTACT, FIELD, REPORT, REST
+from .model import BODY, BODY_STATE, COLLIDER, CONTACT, FIELD, REPORT, REST, TRAITS
 from .shape_rows import (
     FACE_ROW,
     HEIGHT_FIELD_ROW,
@@ -119,6 +119,12 @@ def asleep_contacts_of(header, world):
 def rest_of(header, world):
     """(bodies,) rows of REST of one world."""
     return carray(_pointer(header.rest + world * header.num_bodies * _REST_BYTES), header.num_bodies, REST)
+
+
+@kernel
+def traits_of(header, world):
+    """The TRAITS record of one world."""
+    return carray(_pointer(header.traits), header.num_worlds, TRAITS)[world]
 
 
 @kernel

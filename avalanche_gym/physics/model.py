@@ -139,6 +139,15 @@ BODY_STATE = np.dtype(  # (worlds, bodies)
     align=True,
 )
 
+TRAITS = np.dtype(  # (worlds,): what the parameters of a world ask for, whatever those of others do
+    [
+        ("restitution", np.int64),  # 0: nothing in this world bounces
+        ("moments", np.int64),  # 0: no contact of this world has rolling or torsional friction
+        ("moving_heights", np.int64),  # 0: the heights of this world rest
+    ],
+    align=True,
+)
+
 REST = np.dtype(  # (worlds, bodies): what is remembered of bodies that hardly move
     [
         ("asleep", np.int64),  # 0: awake; else one more than the lowest handle of the island it sleeps with

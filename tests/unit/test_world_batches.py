@@ -63,3 +63,34 @@ def test_sixteen_thousand_worlds_are_one_call():
     batch.step(2)
     assert (batch.position[:, ball] == batch.position[0, ball]).all()
     assert (batch.report().steps == 2).all()
+
+
+@pytest.mark.parametrize("what", ["heights that move", "restitution", "rolling friction", "sleep"])
+def test_what_one_world_is_given_changes_no_bit_of_another(what: str):
+    """Whether ground moves or anything bounces decides how a world is stepped: that world, and no other."""
+
+    def heap(num_worlds: int) -> physics.World:
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+        scene.add_body(physics.HeightField(hills(1), size=(4.0, 4.0)), motion="kinematic")
+        for number in range(14):
+            x, y, z = 0.15 * (number % 3), 0.16 * (number // 3 % 2), 0.2 + 0.2 * (number // 6)
+            scene.add_body(physics.Box((0.1, 0.08, 0.06)), mass=1.0, position=(x, y, z))
+        return physics.World(scene, num_worlds, physics.Options(time_step=1 / 60))
+
+    batch, alone = heap(2), heap(1)
+    for _ in range(12):
+        if what == "heights that move":
+            batch.set_heights(0, height_rates=0.1 * hills(2), world=1)
+        elif what == "restitution":
+            batch.set_parameters(0, restitution=1.0, world=1)
+            batch.set_parameters(1, restitution=0.5, world=1)
+        elif what == "rolling friction":
+            batch.set_parameters(1, rolling_friction=0.01, world=1)
+        else:  # a call that wakes all, in both worlds, while only the other one has anybody asleep
+            batch.set_heights(0, hills(1))
+            alone.set_heights(0, hills(1))
+        batch.step(20)
+        alone.step(20)
+        for name in ("position", "linear_velocity", "sleeping"):
+            np.testing.assert_array_equal(getattr(batch, name)[0], getattr(alone, name)[0])

@@ -30,6 +30,7 @@ from ..memory import (
     rest_of,
     states_of,
     table,
+    traits_of,
     workspace_at,
     world_entry,
 )
@@ -74,7 +75,7 @@ def _moves(body, state):
 @kernel
 def nothing_moves(header, world):
     """Whether all that could move in a world is asleep or at rest; the report counts the contacts all the same."""
-    if header.moving_heights == 1:
+    if traits_of(header, world).moving_heights == 1:
         return False
     bodies = bodies_of(header, world)
     states = states_of(header, world)
@@ -98,13 +99,14 @@ def drop_sleeping_pairs(header, world, pairs, num_pairs):
     bodies = bodies_of(header, world)
     states = states_of(header, world)
     rest = rest_of(header, world)
+    ground_moves = traits_of(header, world).moving_heights == 1
     count = 0
     for pair in range(num_pairs):
         a = pairs[2 * pair]
         b = pairs[2 * pair + 1]
         lively = bodies[a].motion == DYNAMIC and rest[a].asleep == 0
         lively = lively or (bodies[b].motion == DYNAMIC and rest[b].asleep == 0)
-        if lively or header.moving_heights == 1 or _moves(bodies[a], states[a]) or _moves(bodies[b], states[b]):
+        if lively or ground_moves or _moves(bodies[a], states[a]) or _moves(bodies[b], states[b]):
             pairs[2 * count] = a
             pairs[2 * count + 1] = b
             count += 1
@@ -119,7 +121,7 @@ def wake_island(header, world, label):
     """
     rest = rest_of(header, world)
     for index in range(header.num_bodies):
-        if rest[index].asleep == label or label == 0:
+        if rest[index].asleep != 0 and (rest[index].asleep == label or label == 0):
             rest[index].asleep = 0
             rest[index].still = 0
     number = world_entry(header.num_contacts, world)
@@ -237,10 +239,11 @@ def settle(address, workspace_address, world, count):
             few = crowd and late[root] <= LATE_SHARE * abs(size[root])
             if rest[index].still < (LATE_STEPS if few else STILL_STEPS) or not calm:
                 size[root] = -abs(size[root])
+    ground_moves = traits_of(header, world).moving_heights == 1
     for index in range(count):
         a = contacts[index].body_a
         b = contacts[index].body_b
-        if header.moving_heights == 1 or _moves(bodies[a], states[a]) or _moves(bodies[b], states[b]):
+        if ground_moves or _moves(bodies[a], states[a]) or _moves(bodies[b], states[b]):
             root = root_of(parent, a if bodies[a].motion == DYNAMIC else b)
             size[root] = -abs(size[root])
     resting = asleep_contacts_of(header, world)

@@ -32,7 +32,7 @@ import numpy as np
 from ..integrator.way import gain_on_way, place_at
 from ..jit import call_stage, kernel, stage
 from ..maths import vec3
-from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, workspace_at
+from ..memory import bodies_of, colliders_of, fields_of, header_at, starts_of, table, traits_of, workspace_at
 from ..model import (
     BETWEEN,
     BODY_STATE,
@@ -129,7 +129,7 @@ def _search(address, workspace_address, world, contacts, first, count):
     center = vec3.load(starts[a].center)
     near = MET * size + 4.0 * SPACING * (abs(center[0]) + abs(center[1]) + abs(center[2]))
     # What is said at the instant that is found serves the impact, and the part after it (detection.find_contacts).
-    keeps = header.moving_heights == 0 and header.cross_seams == 0
+    keeps = traits_of(header, world).moving_heights == 0 and header.cross_seams == 0
     keeps = keeps and keeps_answers(colliders_of(header), bodies[a], bodies[b])
     farther = FORESIGHT if keeps else 1.0
     slack = SLACK * size if keeps else 0.0

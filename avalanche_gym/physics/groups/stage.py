@@ -29,6 +29,7 @@ from ..memory import (
     report_of,
     states_of,
     table,
+    traits_of,
     workspace_at,
 )
 from ..model import (
@@ -119,7 +120,7 @@ def _step_group(address, workspace_address, world, label):
     most = most_spent(count)
     sight = math.inf
     # A group for the pile tier is not stopped at every touch; what rebounds is not for that tier, nor what is fast.
-    crowd = header.step_pile != 0 and count >= LEAST_BODIES and header.restitution == 0
+    crowd = header.step_pile != 0 and count >= LEAST_BODIES and traits_of(header, world).restitution == 0
     if crowd and count <= MOST_FOLLOWED:
         crowd = not any_outruns(bodies_of(header, world), begins, members, 0, count, header.time_step)
     while True:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..jit import call_stage, kernel
 from ..maths import mat3, quat, vec3
-from ..memory import colliders_of, table
+from ..memory import colliders_of, table, traits_of
 from ..model import (
     BETWEEN,
     BOX,
@@ -221,7 +221,7 @@ def collide_pair(header, query_address, states, a, i, b, j, count):
         contact.body_b = b
         vec3.store(contact.surface_velocity, vec3.ZERO)
         vec3.store(contact.surface_acceleration, vec3.ZERO)
-        if header.moving_heights == 1:
+        if traits_of(header, query.world).moving_heights == 1:
             _note_ground(header, query, colliders[i], states[a], colliders[j], states[b], contact)
         if swapped:
             vec3.store(contact.normal, vec3.neg(vec3.load(contact.normal)))

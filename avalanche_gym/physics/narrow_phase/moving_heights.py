@@ -16,7 +16,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import mat3, vec3
-from ..memory import height_field_of, height_pool, heights_of, pool_address, table
+from ..memory import height_field_of, height_pool, heights_of, pool_address, table, traits_of
 from .height_field_grid import cell_index, grid_of
 from .smooth_surface import coefficients_of, height, patch_of
 
@@ -48,7 +48,7 @@ def begin_moving(header, workspace, world):
 @kernel
 def place_ground(header, workspace, query, world, time):
     """Let a query be about the ground as it is at ``time`` [s] from the start of the step."""
-    if header.moving_heights == 0:
+    if traits_of(header, world).moving_heights == 0:
         query.heights = pool_address(header.heights, header, world)
         return
     if workspace.heights_time != time:

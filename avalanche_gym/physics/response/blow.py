@@ -31,7 +31,7 @@ from ..contacts.prediction import OVERLAP, TOUCH, rebounds
 from ..integrator.momentum import momentum_of, store_momentum
 from ..jit import call_stage, kernel, stage
 from ..maths import quat, vec3
-from ..memory import bodies_of, header_at, report_of, starts_of, table, workspace_at
+from ..memory import bodies_of, header_at, report_of, starts_of, table, traits_of, workspace_at
 from ..model import BOUNCED, CONTACT, FLOW_SYMMETRIC, FLOW_TRIAXIAL, LOSSLESS, NO_ROOM, STOPPED, UNTOUCHED
 from ..solver.exact import NEEDS_MEMORY
 from ..solver.expansion import expand
@@ -171,7 +171,7 @@ def _impact(address, workspace_address, world, order, first, count, members, num
     prepare_nodes(bodies, states, members, num_bodies, nodes, index)
     prepare_rows(contacts, order[first:], count, bodies, states, num_bodies, rows, nodes, index)
     num_rows = count
-    if header.moments == 1:
+    if traits_of(header, world).moments == 1:
         num_rows = prepare_moments(contacts, order[first:], count, states, rows, nodes)
     for number in range(num_rows):
         vec3.store(rows[number].impulse, vec3.ZERO)

@@ -8,7 +8,7 @@ from ..contacts.located import NONE, SWINGING, any_lasts, leave_open, located_la
 from ..contacts.prediction import measure_end, newly_loaded, sort_out
 from ..contacts.turning import quiet_span, turning_speed
 from ..jit import call_stage, kernel, stage
-from ..memory import bodies_of, fields_of, header_at, report_of, rest_of, starts_of, table, workspace_at
+from ..memory import bodies_of, fields_of, header_at, report_of, rest_of, starts_of, table, traits_of, workspace_at
 from ..model import (
     BODY_STATE,
     CONTACT,
@@ -187,7 +187,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             expect_supported(
                 starts, time_step, header.time_step, contacts, order, first, last, bodies, members[first_body], ends
             )
-    crowded = header.step_pile != 0 and header.restitution == 0 and last_body - first_body > 1
+    crowded = header.step_pile != 0 and traits_of(header, world).restitution == 0 and last_body - first_body > 1
     hands_over = crowded and not struck and located == 0 and workspace.part == WHOLE
     foreseen = False
     predictions = 0
@@ -259,7 +259,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         end_impact(
             bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body, ends
         )
-        if header.restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
+        if traits_of(header, world).restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
             outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
             if outcome != SOLVED:
                 return outcome

@@ -21,7 +21,7 @@ from ..contacts.prediction import measure_end
 from ..contacts.turning import any_outruns
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, workspace_at
+from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, traits_of, workspace_at
 from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LONGEST_PAUSE, MOST_FOLLOWED, TO_IMPACT
 from ..solver.exact import CERTIFIED, WARM_BUDGET
 from ..solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
@@ -124,7 +124,8 @@ def step_pile(address, workspace_address, world, island, struck):
     order = table(workspace.order, workspace.order_size, np.int64)
     members = table(workspace.island_bodies, workspace.island_bodies_size, np.int64)
     rows = table(workspace.pile_rows, workspace.pile_rows_size, PILE_ROW)
-    moments = table(workspace.pile_moments, workspace.pile_moments_size if header.moments == 1 else 0, PILE_MOMENT)
+    num_moments = workspace.pile_moments_size if traits_of(header, world).moments == 1 else 0
+    moments = table(workspace.pile_moments, num_moments, PILE_MOMENT)
     nodes = table(workspace.pile_nodes, workspace.pile_nodes_size, PILE_NODE)
     index = table(workspace.solver_index, workspace.solver_index_size, np.int64)
     num_bodies = last_body - first_body

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..jit import call_stage, kernel, stage
-from ..memory import bodies_of, header_at, report_of, rest_of, table, workspace_at
+from ..memory import bodies_of, header_at, report_of, rest_of, table, traits_of, workspace_at
 from ..model import BODY_STATE, CONTACT
 from ..solver.exact import NEEDS_MEMORY, keep_impulses, keep_moments, solve_rows
 from ..solver.problem import prepare_moments, prepare_nodes, prepare_rows
@@ -70,7 +70,7 @@ def solve_velocities(address, workspace_address, world, first, last, first_body,
     prepare_nodes(bodies, working, members, num_bodies, nodes, index)
     prepare_rows(contacts, own_order, own, bodies, working, num_bodies, rows, nodes, index)
     num_rows = own
-    if header.moments == 1:
+    if traits_of(header, world).moments == 1:
         num_rows = prepare_moments(contacts, own_order, own, working, rows, nodes)
     workspace.tolerance = header.tolerance
     method = call_stage(header.solve_problem, address, workspace_address, num_rows, num_bodies)

@@ -22,6 +22,7 @@ from ..memory import (
     starts_of,
     states_of,
     table,
+    traits_of,
     workspace_at,
     world_entry,
 )
@@ -107,7 +108,7 @@ def commit(address, workspace_address, world, count):
     for number in range(count):
         memory[number] = contacts[number]
     world_entry(header.num_contacts, world)[0] = count
-    if header.moving_heights == 1:
+    if traits_of(header, world).moving_heights == 1:
         end_moving(header, world)
     report = report_of(header, world)
     report.contacts = max(report.contacts, count + world_entry(header.num_asleep_contacts, world)[0])

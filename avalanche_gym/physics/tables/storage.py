@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -15,9 +16,11 @@ from ..model import (
     CONTACTS_FULL,
     KINEMATIC,
     PAIRS_FULL,
+    REMOVED,
     REPORT,
     REST,
     SOLVER_FULL,
+    TRAITS,
 )
 from ..options import Options
 from ..stages import choose_broad_phase, choose_tiers, write_stages
@@ -80,6 +83,7 @@ class Storage:
         self.arrays["asleep_contacts"] = np.zeros_like(self.arrays["contacts"][:, : None if options.sleeping else 0])
         self.arrays["num_asleep_contacts"] = np.zeros(num_worlds, np.int64)
         self.arrays["rest"] = np.zeros((num_worlds, num_bodies), REST)
+        self.arrays["traits"] = np.zeros(num_worlds, TRAITS)
         self.arrays["remaining"] = np.zeros(num_worlds, np.int64)
         self.arrays["reports"] = np.zeros(num_worlds, REPORT)
         self.initial: dict[str, NDArray[Any]] = {}
@@ -182,15 +186,18 @@ class Storage:
                 header[f"{name}_size"] = arrays[name].size
 
     def note_features(self) -> None:
-        """Write what the parameters ask for into the header; call it whenever one was changed."""
-        header, arrays = self.header[0], self.arrays
-        bounces = arrays["bodies"]["restitution"].any() or (arrays["pair_rules"]["restitution"] > 0.0).any()
-        header["restitution"] = bool(bounces)
-        header["driven"] = bool((arrays["bodies"]["motion"] == KINEMATIC).any())
-        header["moments"] = bool(
-            arrays["bodies"]["rolling_friction"].any() or arrays["bodies"]["torsional_friction"].any()
-        )
-        header["moving_heights"] = self.moving_heights = bool(arrays["height_rates"].any())
+        """Write what the parameters of each world ask for; call it whenever one was changed."""
+        arrays = self.arrays
+        bodies, traits = arrays["bodies"], arrays["traits"]
+        # Rules of materials that no body has any more ask for nothing.
+        used = np.unique(bodies["material"][0][bodies["motion"][0] != REMOVED])
+        rules = arrays["pair_rules"]["restitution"].reshape(2 * (math.isqrt(arrays["pair_rules"].size),))
+        bouncy_pairs = bool((rules[np.ix_(used, used)] > 0.0).any())
+        traits["restitution"] = bodies["restitution"].any(axis=1) | bouncy_pairs
+        traits["moments"] = bodies["rolling_friction"].any(axis=1) | bodies["torsional_friction"].any(axis=1)
+        traits["moving_heights"] = arrays["height_rates"].any(axis=1)
+        self.header[0]["driven"] = bool((bodies["motion"][0] == KINEMATIC).any())
+        self.moving_heights = bool(traits["moving_heights"].any())
         if self.moving_heights:
             self._make_room_for_moving_heights()
 
