@@ -23,6 +23,8 @@ class Lane:
         self.index = index
 
     def __getattr__(self, name: str) -> Any:
+        if name == "_env":  # not there yet, while a copy is made
+            raise AttributeError(name)
         return getattr(self._env, name)
 
     @property

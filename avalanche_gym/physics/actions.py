@@ -53,10 +53,10 @@ class Actions(Readings):
         index = select_body(self, call, body, moving="dynamic")
         mask = select_worlds(self, call, world)
         values = spread(f"{call}({what})", value, mask, 3)
-        self._wake(mask, index)
         points = np.full((self.num_worlds, 3), np.nan)
         if point is not None:
             points = spread(f"{call}(point)", point, mask, 3)
+        self._wake(mask, index)
         frames.apply_impulses(self._address, mask, index, values, points, hold)
 
     def set_state(
@@ -116,9 +116,9 @@ class Actions(Readings):
         """
         index = select_body(self, "set_parameters", body)
         mask = select_worlds(self, "set_parameters", world)
-        self._wake(mask, index)
         choices = self._tables.choices.get(index)
         parameters.set_parameters(self._storage, choices, self.scene.bodies[index], index, mask, values)
+        self._wake(mask, index)
         self._forget_places(mask)
         if "shape" in values:
             frames.adopt(self._address, mask, index)
@@ -155,9 +155,9 @@ class Actions(Readings):
                 f"set_heights(height_rates): {description.name!r} is {description.motion}; moving ground needs "
                 'motion="kinematic".'
             )
-        self._wake(mask, index)
         row = self._tables.shapes.height_field_rows[index]
         height_samples.set_heights(self._storage, row, mask, heights, height_rates)
+        self._wake(mask, index)
         self._forget_places(mask)
 
     def wake(self, body: int | None = None, *, world: WorldIndex = None) -> None:

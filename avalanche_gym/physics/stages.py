@@ -46,7 +46,7 @@ def write_stages(header: NDArray[Any], arrays: Arrays, options: Options) -> None
         arrays["pair_functions"] = _pair_functions(arrays)
         header["part_overlaps"] = hindsight.part_overlaps.address
         header["follow_contacts"] = following.follow_contacts.address
-        _watch_seams(header, arrays)
+        watch_seams(header, arrays)
         header["step_groups"] = groups.step_groups.address
         header["find_impact_time"] = impact_time.find_impact_time.address
         header["strike"] = response.strike.address
@@ -97,12 +97,16 @@ def _pair_functions(arrays: Arrays) -> NDArray[np.int64]:
     return addresses.reshape(-1)
 
 
-def _watch_seams(header: NDArray[Any], arrays: Arrays) -> None:
-    """Where several colliders are ground together, what one of them hides of another is left out (seams)."""
+def watch_seams(header: NDArray[Any], arrays: Arrays) -> None:
+    """Where several colliders are ground together, what one of them hides of another is left out (seams).
+
+    Call it when ground has gone.
+    """
     colliders, motion = arrays["colliders"], arrays["bodies"]["motion"][0]
     ground = colliders["shape"][(motion[colliders["body"]] != DYNAMIC)]
-    if len(ground) > 1 and (ground != PLANE).any():
+    several = len(ground) > 1 and bool((ground != PLANE).any())
+    if several:
         for shape in set(ground.tolist()):
             arrays["nearest_functions"][shape] = NEAREST_STAGES[shape].address
-        header["hide_seams"] = seams.hide_seams.address
-        header["cross_seams"] = seams.cross_seams.address
+    header["hide_seams"] = seams.hide_seams.address if several else 0
+    header["cross_seams"] = seams.cross_seams.address if several else 0

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import frames
 from .actions import Actions
+from .contacts.sleeping import wake
 from .features import describe_features
 from .options import Options
 from .queries import Prober
@@ -124,7 +125,6 @@ class World(Actions):
         if kwargs.get("alternatives"):
             raise ValueError("World.add_body(alternatives=...): give alternatives to Scene.add_body, before the World.")
         handle = self.scene.add_body(*args, **kwargs)
-        self._wake(np.ones(1, np.bool_), -1)
         try:
             if membership.insert_body(self._storage, self._tables, self.scene, handle):
                 self._show()
@@ -145,7 +145,6 @@ class World(Actions):
         description = self.scene.bodies[index]
         assert description is not None
         self.scene.bodies[index] = None
-        self._wake(np.ones(1, np.bool_), -1)
         if membership.take_body(self._storage, index, description):
             self._prober = None
         else:
@@ -163,13 +162,14 @@ class World(Actions):
     def _rebuild(self, scene: Scene, changed: int) -> None:
         """New tables for a scene in which one body is another; all other bodies keep their state and their contacts."""
         old = self._storage
-        self._wake(np.ones(1, np.bool_), -1)
         self._build(scene, 1)
+        wake(old.address, membership.EVERY_WORLD, -1)
         kept = [index for index in range(old.num_bodies) if index != changed]
         for name in ("states", "impulses", *PUBLIC_ARRAYS):
             self._storage.arrays[name][:, kept] = old.arrays[name][:, kept]
         self._storage.arrays["reports"][:] = old.arrays["reports"]
         rebuild.carry_parameters(old, self._storage, kept)
+        rebuild.carry_memories(old, self._storage, kept)
         rebuild.carry_contacts(old, self._storage, changed)
         rebuild.carry_heights(old, self._storage, kept)
         self._storage.link()
@@ -205,9 +205,42 @@ class World(Actions):
             raise ValueError("restore: this snapshot was made by another World; restore it there.")
         if snapshot.bodies != self.scene.bodies:
             self._build(self.scene.with_bodies(snapshot.bodies), self.num_worlds)
-            self._storage.load(rebuild.renumbered(snapshot.arrays, self._storage))
-        else:
-            self._storage.load(snapshot.arrays)
+        self._load(snapshot.arrays)
+
+    def _load(self, saved: dict[str, NDArray[Any]]) -> None:
+        """Take over what ``Storage.save`` returned, of tables with the same bodies."""
+        # Colliders have other numbers when tables were built anew since. Where bodies can't come or go they never are.
+        lasting = self.num_worlds > 1 or bool(self._tables.choices)
+        self._storage.load(saved if lasting else rebuild.renumbered(saved, self._storage))
+
+    # --- Copies -------------------------------------------------------------------------------------------------------
+
+    # Tables hold addresses of each other: a copy, entry by entry, would step the tables of the world it was made from.
+
+    def __copy__(self) -> World:
+        """A world of its own in the same state; the bodies' shapes and materials, which never change, are shared."""
+        return _in_state(self.scene, self.num_worlds, self.options, self._storage.save(), self._reports())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+        """The same: a material that the user holds means the same in both worlds."""
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For pickle."""
+        return _in_state, (self.scene, self.num_worlds, self.options, self._storage.save(), self._reports())
+
+    def _reports(self) -> NDArray[Any]:
+        return self._storage.arrays["reports"].copy()
+
+
+def _in_state(
+    scene: Scene, num_worlds: int, options: Options, saved: dict[str, NDArray[Any]], reports: NDArray[Any]
+) -> World:
+    """A World in the state that ``Storage.save`` returned of another one."""
+    world = World(scene, num_worlds, options)
+    world._load(saved)
+    world._storage.arrays["reports"][:] = reports
+    return world
 
 
 def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -153,3 +153,38 @@ def test_lanes_equal_single_worlds_and_snapshots_hold_sleep() -> None:
     assert (batch.position == first).all()
     batch.reset(0)
     assert not batch.sleeping[0].any() and len(batch.contacts(0)) == 0
+
+
+def test_a_call_that_is_refused_wakes_nobody() -> None:
+    world = stack()
+    world.step(100)
+    wrong = (
+        lambda: world.apply_impulse(2, (0, 0, 1), point=(0, 0)),
+        lambda: world.apply_force(2, (0, 0, 1), point=(0, np.nan, 0)),
+        lambda: world.set_parameters(2, mass=-1.0),
+        lambda: world.set_parameters(2, shape=1),
+        lambda: world.set_state(2, orientation=(2, 0, 0, 0)),
+        lambda: world.set_heights(0, np.zeros((2, 2))),
+        lambda: world.add_body(physics.Sphere(-1.0)),
+    )
+    for call in wrong:
+        with pytest.raises(ValueError):
+            call()
+    assert world.sleeping[0, 1:].all()
+
+
+def test_who_falls_asleep_does_not_depend_on_who_sleeps_in_another_world() -> None:
+    """A call that wakes all that sleeps leaves those alone that are about to."""
+    batch, single = stack(num_worlds=2), stack()
+    batch.step(100)
+    batch.reset(1)
+    batch.set_state(3, position=(9.0, 9.0, 90.0), world=1)
+    single.set_state(3, position=(9.0, 9.0, 90.0))
+    for world in (batch, single):
+        world.step(40)
+    assert batch.sleeping[0].any() and not batch.sleeping[1].any()
+    for world in (batch, single):
+        world.set_state(0, position=(0.0, 0.0, -0.1))
+        world.step(25)
+    assert single.sleeping[0, 1:3].all()
+    assert (batch.sleeping[1] == single.sleeping[0]).all()

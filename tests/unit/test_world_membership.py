@@ -83,3 +83,59 @@ def test_queries_and_contacts_follow_the_bodies_that_are_there():
     world.add_body(physics.Sphere(0.5), position=(1.0, 0.0, 0.5), motion="static")
     world.step()
     assert 2 not in world.contacts()["body_b"] and (world.contacts()["body_a"] == 0).all()
+
+
+def test_a_snapshot_can_be_restored_again_after_tables_were_built_anew():
+    """Colliders have other numbers then: bodies must not wear those of others, asleep or awake."""
+    world = ground()
+    world.remove_body(1)
+    world.add_body(
+        physics.Compound([(physics.Sphere(0.1), (0, 0, z), (1, 0, 0, 0)) for z in (0, 0.1)]), position=(0, 5, 2)
+    )
+    for wait in (5, 200):
+        world.step(wait)
+        assert bool(world.sleeping.any()) == (wait == 200)
+        before = world.snapshot()
+        world.apply_impulse(3, (0.5, 0.0, 0.0))
+        world.step(20)
+        future = bits(world)
+        world.add_body(physics.Sphere(0.3), position=(9, 5, 1))
+        for _ in range(2):
+            world.restore(before)
+            world.apply_impulse(3, (0.5, 0.0, 0.0))
+            world.step(20)
+            assert bits(world) == future
+
+
+def test_what_a_removed_body_asked_for_is_asked_for_no_longer():
+    """Snapshots outlive the tables: a world that forgets is stepped as one that never knew."""
+    world = ground()
+    bouncy = physics.Material(restitution=0.5)
+    late = [
+        world.add_body(physics.Box((1.0, 1.0, 0.1)), motion="static", position=(0.0, 9.0, 0.0)),
+        world.add_body(physics.Sphere(0.1), position=(0.0, 20.0, 9.0), material=bouncy),
+    ]
+    assert world._storage.header[0]["cross_seams"] and "restitution" in world.features
+    for handle in late:
+        world.remove_body(handle)
+    assert not world._storage.header[0]["cross_seams"] and "restitution" not in world.features
+
+
+def test_what_drives_a_platform_goes_on_when_all_tables_are_built_anew():
+    """A platform that speeds up evenly does not start with a jolt because a height field appears far away."""
+    ways = []
+    for comes in (False, True):
+        scene = physics.Scene()
+        scene.add_field(physics.UniformGravity((0.0, 0.0, -9.81)))
+        platform = scene.add_body(physics.Box((1.0, 1.0, 0.1)), motion="kinematic")
+        scene.add_body(physics.Box((0.1, 0.1, 0.1)), position=(0.0, 0.0, 0.2))
+        world = physics.World(scene)
+        for number in range(1, 40):
+            world.set_state(platform, linear_velocity=(0.01 * number, 0.0, 0.0))
+            if comes and number == 20:
+                world.add_body(
+                    physics.HeightField(np.zeros((3, 3)), size=(1.0, 1.0)), motion="static", position=(50, 0, 0)
+                )
+            world.step()
+        ways.append(world.position[0, :2].copy())
+    np.testing.assert_array_equal(*ways)

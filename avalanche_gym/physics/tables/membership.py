@@ -12,10 +12,11 @@ import math
 import numpy as np
 
 from .. import frames
-from ..model import COLLIDER, DYNAMIC, KINEMATIC, NUM_SHAPES, REMOVED
+from ..contacts.sleeping import wake
+from ..model import COLLIDER, DYNAMIC, NUM_SHAPES, REMOVED
 from ..scene import Body, Scene
 from ..shapes import HeightField
-from ..stages import pair_stage
+from ..stages import pair_stage, watch_seams
 from .construction import Tables, rows_of, rules_of
 from .storage import Storage
 
@@ -36,6 +37,7 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
     if not header["collisions"] or body.motion != "dynamic" or not all(tables.shapes.knows(shape) for shape in shapes):
         return False
     functions = _functions_of(storage, body)
+    wake(storage.address, EVERY_WORLD, -1)
     row, parts = rows_of(body)
     if body.material not in tables.materials:
         tables.materials.append(body.material)
@@ -64,9 +66,7 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
         arrays["pair_functions"][place] = address
     storage.link_tables(("colliders", "pair_rules"))
     storage.choose_tiers()
-    special = ("restitution", "rolling_friction", "torsional_friction")
-    if row["motion"] == KINEMATIC or any(row[name] > 0.0 for name in special):
-        storage.note_features()
+    storage.note_features()
     frames.adopt(storage.address, EVERY_WORLD, handle)
     storage.initial["states"][0, handle] = arrays["states"][0, handle]
     return True
@@ -74,13 +74,14 @@ def insert_body(storage: Storage, tables: Tables, scene: Scene, handle: int) -> 
 
 def take_body(storage: Storage, handle: int, body: Body) -> bool:
     """Take a body out of the tables; False if they have to be built anew."""
-    arrays = storage.arrays
+    header, arrays = storage.header[0], storage.arrays
     bodies = arrays["bodies"][0]
     others = np.flatnonzero((bodies["num_colliders"] > 0) & (np.arange(len(bodies)) != handle))
     if any(isinstance(shape, HeightField) for shape, _, _ in body.shape.parts()):
         return False
     if len(others) < 2 or not (bodies["motion"][others] == DYNAMIC).any():
         return False
+    wake(storage.address, EVERY_WORLD, -1)
     count = int(arrays["num_contacts"][0])
     contacts = arrays["contacts"][0, :count]
     gone = (contacts["body_a"] == handle) | (contacts["body_b"] == handle)
@@ -103,6 +104,9 @@ def take_body(storage: Storage, handle: int, body: Body) -> bool:
         arrays[name][0, handle] = storage.initial[name][0, handle] = math.nan
     storage.link_tables(("colliders",))
     storage.choose_tiers()
+    # What it alone asked for is left out from now on, as in a world that never had it: snapshots outlive the tables.
+    watch_seams(header, arrays)
+    storage.note_features()
     return True
 
 

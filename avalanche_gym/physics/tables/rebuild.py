@@ -23,6 +23,13 @@ def carry_parameters(old: Storage, new: Storage, kept: list[int]) -> None:
     new.arrays["proportions"][:, kept] = old.arrays["proportions"][:, kept]
 
 
+def carry_memories(old: Storage, new: Storage, kept: list[int]) -> None:
+    """What driven bodies did before, and how crowds were solved, stays; where bodies stood is to be asked again."""
+    for name in old.arrays["rest"].dtype.names or ():
+        if name not in ("asleep", "seen"):
+            new.arrays["rest"][name][:, kept] = old.arrays["rest"][name][:, kept]
+
+
 def carry_heights(old: Storage, new: Storage, kept: list[int]) -> None:
     """Moved samples stay where they are when the tables are built anew."""
     shift = _first_colliders(old) - _first_colliders(new)[: old.num_bodies]
@@ -57,17 +64,19 @@ def carry_contacts(old: Storage, new: Storage, changed: int) -> None:
 
 def renumbered(saved: dict[str, NDArray[Any]], new: Storage) -> dict[str, NDArray[Any]]:
     """What ``Storage.save`` returned, for tables built anew, in the order of the handles."""
-    bodies, contacts = saved["bodies"].copy(), saved["contacts"].copy()
+    bodies = saved["bodies"].copy()
+    tables = {name: saved[name].copy() for name in ("contacts", "asleep_contacts")}
     own = new.arrays["bodies"]
     shift = own["first_collider"] - bodies["first_collider"]
     for name in ("first_collider", "material"):
         bodies[name] = own[name]
     count = len(new.arrays["colliders"])
-    for rows, moved, number in zip(contacts, shift, saved["num_contacts"].tolist(), strict=True):
-        used = rows[:number]
-        first, second = np.divmod(used["pair"], max(count, 1))
-        used["pair"] = (first + moved[used["body_a"]]) * count + second + moved[used["body_b"]]
-    return {**saved, "bodies": bodies, "contacts": contacts}
+    for name, contacts in tables.items():
+        for rows, moved, number in zip(contacts, shift, saved[f"num_{name}"].tolist(), strict=True):
+            used = rows[:number]
+            first, second = np.divmod(used["pair"], max(count, 1))
+            used["pair"] = (first + moved[used["body_a"]]) * count + second + moved[used["body_b"]]
+    return {**saved, "bodies": bodies, **tables}
 
 
 def _first_colliders(storage: Storage) -> NDArray[np.int64]:
