@@ -201,9 +201,11 @@ class BatchedTask(ABC):
             for lane in range(self.num_envs)
         ]
 
-    def set_states(self, states: Mapping[int, LaneState]) -> None:
-        """Put lanes into states that ``get_states`` returned, of this task or of another one of the same kind."""
+    def check_states(self, states: Mapping[int, Any]) -> None:
+        """Raise a TypeError or ValueError for what is no state of this task and level."""
         for lane, state in states.items():
+            if not 0 <= lane < self.num_envs:
+                raise IndexError(f"{self.name}: state of lane {lane}; there are lanes 0 to {self.num_envs - 1}.")
             if not isinstance(state, LaneState) or state.task != self.name:
                 given = f"a state of {state.task}" if isinstance(state, LaneState) else f"a {type(state).__name__}"
                 raise TypeError(f"{self.name}: state of lane {lane} is {given}; give what get_state() returned here.")
@@ -212,6 +214,12 @@ class BatchedTask(ABC):
                     f"{self.name}: state of lane {lane} belongs to level {state.level!r}, this environment is "
                     f"{self.level!r}; make one with level={state.level!r} to use it."
                 )
+
+    def set_states(self, states: Mapping[int, LaneState]) -> None:
+        """Put lanes into states that ``get_states`` returned, of this task or of another one of the same kind."""
+        self.check_states(states)
+        if not states:
+            return
         restore_worlds(self.world, {lane: state.world for lane, state in states.items()})
         for lane, state in states.items():
             for name, array in self.lane_arrays().items():
@@ -236,6 +244,8 @@ class BatchedTask(ABC):
         """The level's ranges with the user's in their place."""
         if ranges is None:
             return level
+        if not isinstance(ranges, Mapping):
+            raise TypeError(f"{self.name}(ranges={ranges!r}): give a dict of name: (low, high), or None.")
         names = [field.name for field in dataclasses.fields(level)]
         for name, value in dict(ranges).items():
             if name not in names:

@@ -69,8 +69,6 @@ class SB3VecEnv(VecEnv):
                 observations[lane.index], _ = lane.reset(options=options)
         self._reset_seeds()
         self._reset_options()
-        self._returns[:] = 0.0
-        self._lengths[:] = 0
         self.reset_infos = [{} for _ in range(self.num_envs)]
         return observations
 
@@ -78,6 +76,9 @@ class SB3VecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
+        fresh = self.env.elapsed == 0  # also after env_method("reset")
+        self._returns[fresh] = 0.0
+        self._lengths[fresh] = 0
         observations, rewards, terminated, truncated, batch = self.env.step(self._actions)
         task = self.env.task
         self._returns += rewards
@@ -99,8 +100,6 @@ class SB3VecEnv(VecEnv):
                 if lane in task.failures:
                     info["physics_error"] = task.failures[lane]
                 self.reset_infos[lane] = {}
-            self._returns[ended] = 0.0
-            self._lengths[ended] = 0
         return observations, rewards.astype(np.float32), ended, infos
 
     def close(self) -> None:

@@ -56,13 +56,14 @@ class SingleEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; ``options={"state": get_state()}`` starts it from that state."""
+        state = checked_reset_options(self.task, options).get("state")
+        states = None if state is None else checked_states(self.task, state, self.task.every_lane)
         super().reset(seed=seed)
         self.task.generators[0] = self.np_random
-        state = checked_reset_options(self.task, options).get("state")
-        if state is None:
+        if states is None:
             self.task.reset(self.task.every_lane)
         else:
-            self.task.set_states({0: state})
+            self.task.set_states(states)
         self._started = True
         self._show()
         return self.task.observation[0].copy(), {}
@@ -133,3 +134,20 @@ def checked_reset_options(task: BatchedTask, options: dict[str, Any] | None) -> 
                 'in vector environments, "reset_mask".'
             )
     return dict(options or {})
+
+
+def checked_states(task: BatchedTask, state: Any, mask: NDArray[np.bool_]) -> dict[int, LaneState]:
+    """The option "state" of reset by lane of the mask: one state for all of them, or one for each of the task."""
+    if not isinstance(state, (LaneState, list, tuple)):
+        raise TypeError(
+            f'{task.name}: reset(options={{"state": ...}}) is a {type(state).__name__}; give what get_state() '
+            "returned, or one state of it for all lanes."
+        )
+    states = [state] * task.num_envs if isinstance(state, LaneState) else list(state)
+    if len(states) != task.num_envs:
+        raise ValueError(
+            f"{task.name}: reset(state) has {len(states)} entries for {task.num_envs} lanes; give one a lane."
+        )
+    chosen = {int(lane): states[lane] for lane in np.flatnonzero(mask)}
+    task.check_states(chosen)
+    return chosen

@@ -17,7 +17,7 @@ from .base import BatchedTask
 from .lane import Lane
 from .lane_state import LaneState
 from .picture import RENDER_MODES, Picture, check_render_mode, open_window
-from .single import checked_reset_options, spaces_of
+from .single import checked_reset_options, checked_states, spaces_of
 
 if TYPE_CHECKING:
     from ..rendering import Window
@@ -101,18 +101,15 @@ class NativeVectorEnv(VectorEnv):
         """
         checked = checked_reset_options(self.task, options)
         mask = self._checked_mask(checked["reset_mask"]) if "reset_mask" in checked else self.task.every_lane.copy()
-        if "reset_mask" not in checked:
-            self._started = True
-        elif not self._started:
+        if "reset_mask" in checked and not self._started:
             raise gymnasium.error.ResetNeeded(f"{self.task.name}: call reset() for all lanes before a reset_mask.")
+        states = checked_states(self.task, checked["state"], mask) if checked.get("state") is not None else None
         self._seed(seed, mask)
-        state = checked.get("state")
-        if state is None:
+        if states is None:
             self.task.reset(mask)
         else:
-            states = [state] * self.num_envs if isinstance(state, LaneState) else list(state)
-            self._check_length("state", states)
-            self.task.set_states({int(lane): states[lane] for lane in np.flatnonzero(mask)})
+            self.task.set_states(states)
+        self._started = True
         self.elapsed[mask] = 0
         self._ended[mask] = False
         self._show()
@@ -123,12 +120,18 @@ class NativeVectorEnv(VectorEnv):
             seeds: list[int | None] = [None] * self.num_envs
         elif isinstance(seed, (int, np.integer)):
             seeds = [int(seed) + lane for lane in range(self.num_envs)]
-        else:
-            seeds = list(seed)
+        elif isinstance(seed, (list, tuple, np.ndarray)):
+            seeds = [int(one) if isinstance(one, np.integer) else one for one in seed]
             self._check_length("seed", seeds)
-        for lane in np.flatnonzero(mask).tolist():
-            if seeds[lane] is not None or self._seeds[lane] is None:
-                self.task.generators[lane], self._seeds[lane] = seeding.np_random(seeds[lane])
+        else:
+            raise TypeError(f"{self.task.name}: reset(seed={seed!r}): give an int, a list of one a lane, or None.")
+        fresh = {
+            lane: seeding.np_random(seeds[lane])
+            for lane in np.flatnonzero(mask).tolist()
+            if seeds[lane] is not None or self._seeds[lane] is None
+        }
+        for lane, (generator, number) in fresh.items():
+            self.task.generators[lane], self._seeds[lane] = generator, number
 
     def _check_length(self, what: str, values: Sequence[Any]) -> None:
         if len(values) != self.num_envs:

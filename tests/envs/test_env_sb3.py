@@ -1,5 +1,8 @@
 """SB3VecEnv against Stable-Baselines3's own DummyVecEnv of monitored single environments."""
 
+import copy
+import pickle
+
 import gymnasium
 import numpy as np
 import pytest
@@ -84,3 +87,25 @@ def test_works_under_vec_normalize_and_evaluate_policy():
 def test_other_ids_are_refused():
     with pytest.raises(ValueError, match="CartPole-v1.*avalanche/.*make_vec_env"):
         SB3VecEnv("CartPole-v1", 2)
+
+
+def test_an_episode_begins_where_a_lane_is_reset():
+    env = SB3VecEnv(IDS[0], 2, max_episode_steps=5)
+    env.reset()
+    still = np.zeros((2, 2), np.float32)
+    for _ in range(3):
+        env.step(still)
+    env.env_method("reset", indices=1)
+    ends = [info["episode"]["l"] for _ in range(5) for info in env.step(still)[3] if "episode" in info]
+    assert ends == [5, 5]
+
+
+def test_copies_go_their_own_way():
+    env = SB3VecEnv(IDS[0], 2)
+    env.seed(1)
+    env.reset()
+    twins = [copy.deepcopy(env), pickle.loads(pickle.dumps(env))]
+    push = np.ones((2, 2), np.float32)
+    for _ in range(3):
+        rows = [one.step(push)[0] for one in (env, *twins)]
+        assert (rows[0] == rows[1]).all() and (rows[0] == rows[2]).all()

@@ -132,3 +132,62 @@ def test_a_lane_whose_physics_fails_is_truncated(id, mode):
         vector.reset(options={"reset_mask": terminated | truncated})
     rows, *_ = vector.step(np.zeros(vector.action_space.shape, np.float32))
     assert np.isfinite(rows).all()
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_lanes_that_fail_in_different_steps_of_the_physics_are_all_told(id, monkeypatch):
+    vector = make_vector(id)
+    vector.reset(seed=0)
+    world = vector.task.world
+    step, calls = world.step, []
+
+    def broken(num_steps=1):
+        if num_steps == 1:
+            world.impulse_buffer[len(calls) % LANES, -1, 0] = np.inf
+        elif not calls:
+            world.impulse_buffer[:, -1, 0] = np.inf
+        calls.append(num_steps)
+        step(num_steps)
+
+    monkeypatch.setattr(world, "step", broken)
+    _, _, _, truncated, infos = vector.step(np.zeros(vector.action_space.shape, np.float32))
+    assert truncated.all() and infos["_physics_error"].all()
+    if id.endswith("Landing-v0"):
+        assert [f"physics step {lane} " in infos["physics_error"][lane] for lane in range(LANES)] == [True] * LANES
+
+
+@pytest.mark.parametrize("id", IDS)
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"seed": [3, -1, 4]},
+        {"seed": 1.5},
+        {"seed": "abc"},
+        {"seed": 3, "options": {"state": 5}},
+        {"seed": 3, "options": {"state": [None, None, None]}},
+        {"seed": 3, "options": {"nonsense": 5}},
+    ],
+)
+def test_a_reset_that_is_refused_changes_nothing(id, arguments):
+    vector, single = make_vector(id), gymnasium.make(id)
+    twin = make_vector(id)
+    for env in (vector, twin, single):
+        env.reset(seed=5)
+    with pytest.raises((TypeError, ValueError, gymnasium.error.Error)):
+        vector.reset(**arguments)
+    if isinstance(arguments["seed"], int):
+        before = single.unwrapped.get_state()
+        with pytest.raises((TypeError, ValueError)):
+            single.reset(**arguments)
+        assert single.unwrapped.get_state().generator == before.generator
+    assert vector.np_random_seed == twin.np_random_seed
+    np.testing.assert_array_equal(vector.reset()[0], twin.reset()[0])
+
+
+def test_no_lane_may_be_set():
+    vector = make_vector(IDS[0])
+    vector.reset(seed=0)
+    state = vector.get_state()[0]
+    vector.set_lane_states({})
+    with pytest.raises(IndexError, match="lane 9.*lanes 0 to 2"):
+        vector.set_lane_states({9: state})

@@ -97,7 +97,7 @@ class PlanetLandingTask(BatchedTask):
 
     def advance(self, actions: NDArray[np.float64]) -> None:
         world = self.world
-        error: physics.PhysicsError | None = None
+        failures: dict[int, tuple[int, str, int, str]] = {}  # by lane, its first one
         for number in range(self.num_steps):
             dynamics.thrust(
                 actions,
@@ -113,11 +113,12 @@ class PlanetLandingTask(BatchedTask):
             try:
                 world.step()
             except physics.PhysicsError as failed:
-                error = error or failed
+                for lane, body, _, reason in failed.failures:
+                    failures.setdefault(lane, (lane, body, number, reason))
             self._watch(self.every_lane, 0)
         self._conclude(self.every_lane, 0)
-        if error is not None:
-            raise error
+        if failures:
+            raise physics.PhysicsError(list(failures.values()))
 
     def _watch(self, mask: NDArray[np.bool_], opening: int) -> None:
         world = self.world
