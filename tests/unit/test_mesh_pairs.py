@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from avalanche_gym.physics.narrow_phase.mesh_pieces import NEAR_MARGIN
@@ -86,6 +87,27 @@ def test_overlap_is_the_depth_of_the_vertices():
     contacts = oracle.meshes_contacts(slab, oracle.IDENTITY, ball, place, 0.005)
     assert contacts["gap"].min() == pytest.approx(-depth, rel=1e-9)
     np.testing.assert_allclose(contacts["normal"], [[0, 0, 1]] * len(contacts), atol=1e-12)
+
+
+def test_a_tip_sunk_into_a_face_that_is_flat_to_ten_digits_is_found():
+    """The faces share one normal, their corners on the edges of the block stay where they are: up to 1e-10 off it.
+
+    A tip came through such a face, and the nearest point of that counted as behind it: there was no contact at all.
+    """
+    rng = np.random.default_rng(3)
+    block = trimesh.creation.box((0.1, 0.1, 0.1)).subdivide().subdivide().subdivide()
+    block = TriangleMesh(block.vertices + rng.uniform(-3e-11, 3e-11, block.vertices.shape), block.faces)
+    tip = TriangleMesh(
+        [(0.0, 0.0, 0.0), (0.01, 0.0, 0.02), (-0.005, 0.01, 0.02), (-0.005, -0.01, 0.02)],
+        [(0, 1, 3), (0, 3, 2), (0, 2, 1), (1, 2, 3)],
+    )
+    for depth in (1e-10, 1e-8, 1e-6, 1e-4):
+        for _ in range(100):
+            place = (np.array([*rng.uniform(-0.049, 0.049, 2), 0.05 - depth]), np.eye(3))
+            for one, other in (((block, oracle.IDENTITY), (tip, place)), ((tip, place), (block, oracle.IDENTITY))):
+                contacts = oracle.meshes_contacts(*one, *other, 0.001)
+                assert len(contacts) > 0
+                assert contacts["gap"].min() == pytest.approx(-depth, abs=1e-9)
 
 
 def test_threads_touch_neighbouring_turns_only():

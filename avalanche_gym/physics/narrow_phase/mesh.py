@@ -16,6 +16,7 @@ import numpy as np
 
 from ..jit import kernel
 from ..maths import vec3
+from ..shapes.flatness import FLAT_HEIGHT
 from .feature_contacts import collide_features
 from .mesh_faces import list_faces, listed_face
 from .mesh_features import list_features
@@ -51,11 +52,24 @@ IN_PIECES = -1
 
 
 @kernel
-def over_face(vertices, face, n, base):
-    """Whether the foot of ``base`` lies on a face, on the side of its normal n; mirrored for a sheet."""
+def off_plane(nodes):
+    """[m] by which a point of a face may be off the plane through a corner of it with the normal that it shares with
+    others (shapes/mesh_preparation.py): twice what two corners are off, one to either side.
+    """
+    root = nodes[0]
+    extent = max(root.upper[0] - root.lower[0], root.upper[1] - root.lower[1], root.upper[2] - root.lower[2])
+    return 4.0 * FLAT_HEIGHT * extent
+
+
+@kernel
+def over_face(vertices, face, n, base, off):
+    """Whether the foot of ``base`` lies on a face, on the side of its normal n; mirrored for a sheet.
+
+    ``off`` [m]: of ``off_plane``, by which a base on the face itself may be behind that plane.
+    """
     a, b, c = corners_of(vertices, face)
     over = vec3.dot(n, vec3.sub(base, a))
-    if over < 0.0 and over * over > REGION_SLACK * REGION_SLACK * vec3.norm_squared(vec3.sub(b, a)):
+    if over < -off and over * over > REGION_SLACK * REGION_SLACK * vec3.norm_squared(vec3.sub(b, a)):
         return False
     return in_prism(base, a, b, c, vec3.load(face.normal))
 
@@ -92,7 +106,7 @@ def comes_over_face(vertices, faces, face, side, p, motion):
 
 
 @kernel
-def _corners_against_face(vertices, faces, index, side, stage, num_corners, scratch, count):
+def _corners_against_face(vertices, faces, index, side, off, stage, num_corners, scratch, count):
     """One stage for the corners of the shape and one face; return the count of candidates.
 
     MARK notes that a corner is behind a face, NEAREST looks for the nearest point of the surface, TOUCH adds the
@@ -121,7 +135,7 @@ def _corners_against_face(vertices, faces, index, side, stage, num_corners, scra
                     put(scratch, row, 0, nearest if inside else p)
                     scratch[row, 5] = 1.0 if inside else 0.0
         elif height <= reach:
-            counts = over_face(vertices, face, n, get(scratch, row, 0))
+            counts = over_face(vertices, face, n, get(scratch, row, 0), off)
             if not counts and motion > 0.0 and height >= radius and scratch[row, 5] == 0.0:
                 counts = comes_over_face(vertices, faces, face, side, p, motion)
             if counts:
@@ -151,6 +165,7 @@ def corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners,
     ``listed``: number of faces in the list, or IN_PIECES.
     """
     center = get(scratch, CENTER_ROW, 0)
+    off = off_plane(nodes)
     for corner in range(num_corners):
         put(scratch, BASE_ROW + corner, 0, get(scratch, CORNER_ROW + corner, 0))
         scratch[BASE_ROW + corner, 3] = math.inf
@@ -170,7 +185,7 @@ def corners_against_mesh(vertices, faces, nodes, listed, two_sided, num_corners,
             for item in range(listed):
                 index = listed_face(scratch, item)
                 side = side_of(vertices, faces, index, two_sided, center)
-                count = _corners_against_face(vertices, faces, index, side, stage, num_corners, scratch, count)
+                count = _corners_against_face(vertices, faces, index, side, off, stage, num_corners, scratch, count)
             if whole or node == nodes.shape[0]:
                 break
         if stage == NEAREST:

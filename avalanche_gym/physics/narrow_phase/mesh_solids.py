@@ -7,7 +7,7 @@ import numpy as np
 from ..jit import kernel
 from ..maths import mat3, vec3
 from .cylinder import FLAT_POINTS, toward_plane
-from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, open_mesh, over_face
+from .mesh import IN_PIECES, comes_over_face, corners_against_mesh, off_plane, open_mesh, over_face
 from .mesh_faces import list_faces, listed_face
 from .mesh_features import list_features
 from .mesh_side import side_of
@@ -40,7 +40,7 @@ def _cylinder_against_face(vertices, faces, nodes, index, two_sided, radius, hal
         if gap < -REGION_SLACK * scale:
             counts = is_way_out(vertices, faces, nodes, face, side, p)
         else:
-            counts = over_face(vertices, face, n, p)
+            counts = over_face(vertices, face, n, p, off_plane(nodes))
         if not counts and motion > 0.0 and gap >= 0.0:
             counts = comes_over_face(vertices, faces, face, side, p, motion)
         if counts:

@@ -11,7 +11,7 @@ import math
 from ..jit import kernel
 from ..maths import mat3, vec3
 from ..shapes.static_tree import leaf_within
-from .mesh import over_face
+from .mesh import off_plane, over_face
 from .mesh_edges import SEARCH_BEHIND
 from .mesh_side import corners_of
 from .mesh_surface import base_of
@@ -98,7 +98,7 @@ def faces_of_leaf(vertices, faces, nodes, node, origin, axes, second, end, scrat
                 # could come from.
                 bound = SEARCH_BEHIND * gap * gap
                 base = base_of(vertices, faces, nodes, False, v, v, bound)
-                if not over_face(vertices, face, n, base):
+                if not over_face(vertices, face, n, base, off_plane(nodes)):
                     if vec3.norm_squared(vec3.sub(base, v)) == 0.0:
                         continue
                     bound = (1.0 - REGION_SLACK) * gap * gap
