@@ -23,6 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .given import LARGEST_MASS, SMALLEST_MASS, real_array, real_number
+
 FloatArray = NDArray[np.float64]
 
 # Products of inertia below this share of the trace are round-off of the integration: the axes are kept as given, and
@@ -191,10 +193,9 @@ def check_mass(name: str, mass: object) -> float:
     Raises:
         ValueError: not a finite positive number.
     """
-    try:
-        value = float(mass)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise ValueError(f"{name}={mass!r} is not a number; give a finite number above zero.") from None
+    value = real_number(mass)
+    if value is None:
+        raise ValueError(f"{name}={mass!r} is not a number; give a finite number above zero.")
     if not (math.isfinite(value) and value > 0.0):
         raise ValueError(
             f"{name}={mass!r}; allowed is a finite number above zero. "
@@ -216,7 +217,7 @@ def check_inertia(name: str, inertia: ArrayLike) -> FloatArray:
     """
     remedy = "Give (Ixx, Iyy, Izz) or a symmetric 3 x 3 matrix about the centre of mass in kg m^2, or leave it out."
     try:
-        matrix = np.array(inertia, dtype=np.float64)
+        matrix = np.array(real_array(inertia))
     except (TypeError, ValueError):
         raise ValueError(f"{name}={inertia!r} is not numeric. {remedy}") from None
     if matrix.shape == (3,):
@@ -225,6 +226,8 @@ def check_inertia(name: str, inertia: ArrayLike) -> FloatArray:
         raise ValueError(f"{name} has shape {matrix.shape}; allowed are (3,) and (3, 3). {remedy}")
     if not np.isfinite(matrix).all():
         raise ValueError(f"{name}={inertia!r} holds values that are not finite. {remedy}")
+    if np.abs(matrix).max() > LARGEST_MASS:
+        raise ValueError(f"{name}={inertia!r}; allowed are moments up to {LARGEST_MASS:g} kg m^2. {remedy}")
     scale = abs(np.trace(matrix))
     if np.abs(matrix - matrix.T).max() > INERTIA_TOLERANCE * scale:
         raise ValueError(f"{name}={inertia!r} is not symmetric. {remedy}")
@@ -238,3 +241,18 @@ def check_inertia(name: str, inertia: ArrayLike) -> FloatArray:
             f"two. {remedy}"
         )
     return matrix
+
+
+def check_range(label: str, mass: float, moments: Iterable[float]) -> None:
+    """Refuse a mass [kg] or principal moments [kg m^2] with which floats cannot reckon.
+
+    Raises:
+        ValueError: one is outside 1e-300 to 1e300, or no number; the text begins with ``label``.
+    """
+    listed = list(moments)
+    if not all(SMALLEST_MASS <= value <= LARGEST_MASS for value in (mass, *listed)):
+        raise ValueError(
+            f"{label} has a mass of {mass:g} kg and moments of inertia {[float(f'{m:.6g}') for m in listed]} kg m^2; "
+            f"allowed is {SMALLEST_MASS:g} to {LARGEST_MASS:g} for each. Give the shape a size in m, and the mass or "
+            "density a value, that are not so extreme."
+        )

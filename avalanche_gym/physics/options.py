@@ -5,6 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from .given import real_number, whole_number
+
+LARGEST_COUNT = 2**31 - 1
+
 
 @dataclass(frozen=True)
 class Options:
@@ -33,20 +39,29 @@ class Options:
     """Threads that share the worlds of a batch. Results are the same bits for every number."""
 
     def __post_init__(self) -> None:
+        at_most = f" and at most {LARGEST_COUNT}"
         for name in ("time_step", "tolerance"):
             value = getattr(self, name)
-            if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
+            number = real_number(value)
+            if number is None or not (math.isfinite(number) and number > 0.0):
                 raise ValueError(f"Options({name}={value!r}): give a finite number greater than 0.")
+            object.__setattr__(self, name, number)
         for name in ("substeps", "max_iterations", "threads"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ValueError(f"Options({name}={value!r}): give a whole number of at least 1.")
+            count = whole_number(value)
+            if count is None or not 1 <= count <= LARGEST_COUNT:
+                raise ValueError(f"Options({name}={value!r}): give a whole number of at least 1{at_most}.")
+            object.__setattr__(self, name, count)
         for name in ("events", "sleeping"):
             value = getattr(self, name)
-            if not isinstance(value, bool):
+            if not isinstance(value, (bool, np.bool_)):
                 raise ValueError(f"Options({name}={value!r}): give True or False.")
-        limit = self.max_contacts
-        if limit is not None and (isinstance(limit, bool) or not isinstance(limit, int) or limit < 1):
-            raise ValueError(
-                f"Options(max_contacts={limit!r}): give a whole number of at least 1, or None to let it grow."
-            )
+            object.__setattr__(self, name, bool(value))
+        if self.max_contacts is not None:
+            limit = whole_number(self.max_contacts)
+            if limit is None or not 1 <= limit <= LARGEST_COUNT:
+                raise ValueError(
+                    f"Options(max_contacts={self.max_contacts!r}): give a whole number of at least 1{at_most}, or None "
+                    "to let it grow."
+                )
+            object.__setattr__(self, "max_contacts", limit)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .given import real_array, real_number
 from .jit import Stage
 from .model import CONTACT, NUM_SHAPES
 from .narrow_phase.pair_query import PAIR_QUERY, SCRATCH_ROWS
@@ -71,7 +71,9 @@ class Prober:
                     f"{label} is a mask of shape {value.shape}; give one entry a body, ({self._world.num_bodies},)."
                 )
             return [int(index) for index in np.flatnonzero(value)]
-        several = value if isinstance(value, Iterable) and not isinstance(value, (str, bytes)) else [value]
+        # An array without axes claims to be iterable.
+        single = isinstance(value, (str, bytes)) or (isinstance(value, np.ndarray) and value.ndim == 0)
+        several = value if isinstance(value, Iterable) and not single else [value]
         return [select_body(self._world, label, one) for one in several]
 
     def ray_cast(
@@ -81,10 +83,13 @@ class Prober:
         worlds = self._worlds("ray_cast", world)
         starts = _points("ray_cast(origins)", origins, worlds, world, "m")
         ways = _points("ray_cast(directions)", directions, worlds, world, "any length but zero")
-        lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
-        if not (lengths > 0.0).all():
-            where = tuple(int(i) for i in np.argwhere(lengths[..., 0] == 0.0)[0])
+        largest = np.abs(ways).max(axis=-1, keepdims=True)
+        if not largest.all():
+            where = tuple(int(i) for i in np.argwhere(largest[..., 0] == 0.0)[0])
             raise ValueError(f"ray_cast(directions) is zero at {where}; give a direction of any other length.")
+        # By a power of two, which rounds nothing: squares of what is very long or short would not be floats.
+        ways = np.ldexp(ways, -np.frexp(largest)[1])
+        lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
         count = _common("ray_cast", starts.shape[1], ways.shape[1], "origins", "directions")
         starts, ways = (
             np.ascontiguousarray(np.broadcast_to(array, (len(array), count, 3))) for array in (starts, ways / lengths)
@@ -162,7 +167,7 @@ def _points(
     if not one_world:
         allowed += f", or ({len(worlds)}, n, 3)"
     try:
-        array = np.asarray(value, dtype=np.float64)
+        array = real_array(value)
     except (TypeError, ValueError):
         raise TypeError(f"{name} is not numeric; give shape {allowed} [{unit}].") from None
     fits = array.ndim in (1, 2) or (array.ndim == 3 and len(array) == len(worlds) and not one_world)
@@ -177,13 +182,14 @@ def _points(
 def _common(call: str, a: int, b: int, name_a: str, name_b: str) -> int:
     if a != b and 1 not in (a, b):
         raise ValueError(f"{call}: {a} {name_a} and {b} {name_b}; give as many of both, or one of either.")
-    return max(a, b)
+    return a if b == 1 else b
 
 
 def _distance(name: str, value: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0.0:
+    number = real_number(value)
+    if number is None or not number >= 0.0:
         raise ValueError(f"{name}={value!r}; give a distance of at least zero in m, or math.inf.")
-    return min(float(value), math.inf)
+    return number
 
 
 def _unwrapped(results: NDArray[Any], world: WorldIndex, single: bool) -> NDArray[Any]:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .mass_properties import MassProperties, check_inertia, check_mass
+from .body_mass import mass_of
+from .given import real_number
 from .shapes import HeightField, Plane, Shape, TriangleMesh, checks
 
 MOTIONS = ("dynamic", "kinematic", "static")
@@ -42,17 +43,20 @@ class Material:
 
     def __post_init__(self) -> None:
         for name in ("friction", "restitution", "rolling_friction", "torsional_friction"):
-            check_coefficient(f"Material({name}", name, getattr(self, name), ")")
+            value = check_coefficient(f"Material({name}", name, getattr(self, name), ")")
+            object.__setattr__(self, name, value)
 
 
-def check_coefficient(prefix: str, name: str, value: Any, suffix: str = "") -> None:
+def check_coefficient(prefix: str, name: str, value: Any, suffix: str = "") -> float:
     """Friction and its kin are finite and >= 0; restitution also <= 1."""
     upper = 1.0 if name == "restitution" else math.inf
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
+    number = real_number(value)
+    if number is None:
         raise ValueError(f"{prefix}={value!r}{suffix}: give a number.")
-    if not (math.isfinite(value) and 0.0 <= value <= upper):
+    if not (math.isfinite(number) and 0.0 <= number <= upper):
         allowed = "a number from 0 to 1" if upper == 1.0 else "a finite number of at least 0"
         raise ValueError(f"{prefix}={value!r}{suffix}: give {allowed}.")
+    return number
 
 
 DEFAULT_MATERIAL = Material()
@@ -78,8 +82,10 @@ class PointGravity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", tuple(checked_vector("PointGravity(center)", self.center).tolist()))
-        if not (isinstance(self.mu, (int, float)) and math.isfinite(self.mu)):
+        number = real_number(self.mu)
+        if number is None or not math.isfinite(number):
             raise ValueError(f"PointGravity(mu={self.mu!r}): give a finite number [m^3/s^2]; negative pushes away.")
+        object.__setattr__(self, "mu", number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +170,7 @@ class Scene:
             orientation: (4,) unit quaternion wxyz.
             material: surface; see Material.
             name: unique; ``body_<handle>`` by default.
-            mass: [kg]; or
+            mass: [kg], from 1e-300 to 1e300, as the moments of inertia [kg m^2]; or
             density: [kg/m^3]; 1000 if neither is given.
             inertia: [kg m^2] (Ixx, Iyy, Izz) or (3, 3) about the centre of mass, body frame; the shape's by default.
             center_of_mass: (3,) [m] in the shape's frame; the shape's by default.
@@ -188,7 +194,7 @@ class Scene:
             raise TypeError(
                 f"Body {label!r}: shape={shape!r} is no shape; give Sphere(...), Box(...) or another of physics.shapes."
             )
-        if motion not in MOTIONS:
+        if not isinstance(motion, str) or motion not in MOTIONS:
             raise ValueError(f"Body {label!r}: motion={motion!r}; give one of {', '.join(map(repr, MOTIONS))}.")
         if not isinstance(material, Material):
             raise TypeError(f"Body {label!r}: material={material!r}; give a Material(...).")
@@ -199,7 +205,7 @@ class Scene:
         vectors = {key: checked_vector(f"Body {label!r}: {key}", value) for key, value in given.items()}
         if motion == "static" and any(vector.any() for vector in vectors.values()):
             raise ValueError(f"Body {label!r}: a static body has no velocity; use motion='kinematic'.")
-        properties = _mass_of(label, shape, motion, mass, density, inertia, center_of_mass)
+        properties = mass_of(label, shape, motion, mass, density, inertia, center_of_mass)
         body = Body(
             name=label,
             shape=shape,
@@ -237,11 +243,13 @@ class Scene:
         for name, material in (("a", a), ("b", b)):
             if not isinstance(material, Material):
                 raise TypeError(f"set_pair({name}={material!r}): give a Material.")
-        for name, value in (("friction", friction), ("restitution", restitution)):
-            if value is not None:
-                check_coefficient(f"set_pair({name}", name, value, ")")
+        given = {"friction": friction, "restitution": restitution}
+        rule = {
+            name: None if value is None else check_coefficient(f"set_pair({name}", name, value, ")")
+            for name, value in given.items()
+        }
         self.pair_rules.pop((b, a), None)
-        self.pair_rules[(a, b)] = (friction, restitution)
+        self.pair_rules[(a, b)] = (rule["friction"], rule["restitution"])
 
 
 def _checked_alternatives(
@@ -249,6 +257,8 @@ def _checked_alternatives(
 ) -> list[Shape]:
     if isinstance(alternatives, Shape):
         raise TypeError(f"Body {label!r}: alternatives={alternatives!r} is one shape; give a list of shapes.")
+    if not np.iterable(alternatives):
+        raise TypeError(f"Body {label!r}: alternatives={alternatives!r}; give a list of shapes, or leave it out.")
     others = list(alternatives)
     for other in others:
         if not isinstance(other, Shape):
@@ -268,45 +278,7 @@ def _checked_alternatives(
 
 def _with_shape(body: Body, shape: Shape, mass: float | None, density: float | None) -> Body:
     """The same body with another shape, made of the same material."""
-    properties = _mass_of(body.name, shape, body.motion, mass, density, None, None)
+    properties = mass_of(body.name, shape, body.motion, mass, density, None, None)
     return replace(
         body, shape=shape, mass=properties.volume, center_of_mass=properties.center, inertia=properties.inertia
     )
-
-
-def _mass_of(
-    label: str,
-    shape: Shape,
-    motion: str,
-    mass: float | None,
-    density: float | None,
-    inertia: ArrayLike | None,
-    center_of_mass: ArrayLike | None,
-) -> MassProperties:
-    """Mass (as ``volume``), centre and inertia of a body; zeros for one that is not dynamic."""
-    if motion != "dynamic":
-        given = {"mass": mass, "density": density, "inertia": inertia, "center_of_mass": center_of_mass}
-        for name, value in given.items():
-            if value is not None:
-                raise ValueError(f"Body {label!r}: {name}={value!r} on a {motion} body, which has none; leave it out.")
-        return MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))
-    if mass is not None and density is not None:
-        raise ValueError(f"Body {label!r}: mass={mass!r} and density={density!r}; give one of them.")
-    for name, value in (("mass", mass), ("density", density)):
-        if value is not None:
-            check_mass(f"Body {label!r}: {name}", value)
-    try:
-        own = shape.mass_properties()
-    except ValueError as error:
-        raise ValueError(f"Body {label!r}: {error}") from None
-    total = float(mass) if mass is not None else own.volume * float(1000.0 if density is None else density)
-    center = own.center
-    tensor = own.inertia * (total / own.volume)
-    if center_of_mass is not None:
-        center = checked_vector(f"Body {label!r}: center_of_mass", center_of_mass)
-        # Parallel axes: the shape's inertia about the point that the user calls the centre of mass.
-        offset = center - own.center
-        tensor = tensor + total * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
-    if inertia is not None:
-        tensor = check_inertia(f"Body {label!r}: inertia", inertia)
-    return MassProperties(total, center, tensor)

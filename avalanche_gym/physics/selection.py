@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .given import real_array
+
 if TYPE_CHECKING:
     from .readings import Readings
 
@@ -19,7 +21,8 @@ def select_body(world: Readings, call: str, body: Any, moving: str | None = None
     if isinstance(body, bool) or not isinstance(body, (int, np.integer)):
         raise TypeError(f"{call}(body={body!r}): give the handle that add_body returned, an int.")
     if not 0 <= body < len(bodies):
-        raise IndexError(f"{call}(body={body}): this world has handles 0 to {len(bodies) - 1}.")
+        there = f"this world has handles 0 to {len(bodies) - 1}" if bodies else "this world has no body; add one"
+        raise IndexError(f"{call}(body={body}): {there}.")
     description = bodies[body]
     if description is None:
         raise ValueError(f"{call}(body={body}): this body was removed; give the handle of one that is there.")
@@ -62,7 +65,7 @@ def spread(name: str, value: ArrayLike, mask: NDArray[np.bool_], width: int) -> 
     chosen = int(mask.sum())
     allowed = f"shape ({width},) or ({chosen}, {width})"
     try:
-        array = np.asarray(value, dtype=np.float64)
+        array = real_array(value)
     except (TypeError, ValueError):
         raise TypeError(f"{name}={value!r} is not numeric; give {allowed}.") from None
     if array.shape not in ((width,), (1, width), (chosen, width)):

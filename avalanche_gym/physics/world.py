@@ -16,6 +16,7 @@ from . import frames
 from .actions import Actions
 from .contacts.sleeping import wake
 from .features import describe_features
+from .given import whole_number
 from .options import Options
 from .queries import Prober
 from .report import Features
@@ -26,6 +27,7 @@ from .tables import height_samples, membership, rebuild
 from .tables.construction import build_tables
 from .tables.storage import Storage
 
+MOST_STEPS = 2**63 - 1  # of one call: what the kernel counts with
 PUBLIC_ARRAYS = ("position", "orientation", "linear_velocity", "angular_velocity")
 
 
@@ -60,12 +62,13 @@ class World(Actions):
     def __init__(self, scene: Scene, num_worlds: int = 1, options: Options | None = None) -> None:
         if not isinstance(scene, Scene):
             raise TypeError(f"World(scene={scene!r}): give a Scene.")
-        if isinstance(num_worlds, bool) or not isinstance(num_worlds, (int, np.integer)) or num_worlds < 1:
+        count = whole_number(num_worlds)
+        if count is None or count < 1:
             raise ValueError(f"World(num_worlds={num_worlds!r}): give a whole number of at least 1.")
         if options is not None and not isinstance(options, Options):
             raise TypeError(f"World(options={options!r}): give Options(...), or None for the default.")
         self.options = options or Options()
-        self._build(scene.copy(), int(num_worlds))
+        self._build(scene.copy(), count)
 
     # --- Building -----------------------------------------------------------------------------------------------------
 
@@ -108,10 +111,13 @@ class World(Actions):
             PhysicsError: a state became non-finite. The other worlds finish; these stand at their last good step.
             RuntimeError: a world has more contacts than ``Options.max_contacts``; it stands at its last completed step.
         """
-        if type(num_steps) is not int or num_steps < 1:
-            if isinstance(num_steps, bool) or not isinstance(num_steps, (int, np.integer)) or num_steps < 1:
-                raise ValueError(f"step(num_steps={num_steps!r}): give a whole number of at least 1.")
-            num_steps = int(num_steps)
+        if type(num_steps) is not int or not 1 <= num_steps <= MOST_STEPS:
+            count = whole_number(num_steps)
+            if count is None or not 1 <= count <= MOST_STEPS:
+                raise ValueError(
+                    f"step(num_steps={num_steps!r}): give a whole number of at least 1 and at most {MOST_STEPS}."
+                )
+            num_steps = count
         self._stepper.run(num_steps, self.scene.bodies)
 
     # --- Bodies that come and go --------------------------------------------------------------------------------------

@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..given import real_array, real_number
+
 # A quaternion this close to unit norm is normalised: round-off of a user's arithmetic. Others are refused as mistakes.
 UNIT_NORM_TOLERANCE = 1e-6
+NORM_ROUND_OFF = 4.0 * 2.0**-52  # of the norm itself: 0.999999 is within 1e-6
 
 
 def positive_number(name: str, value: Any) -> float:
@@ -30,14 +33,9 @@ def non_negative_number(name: str, value: Any) -> float:
 
 def finite_number(name: str, value: Any) -> float:
     """``value`` as a finite float."""
-    if isinstance(value, (str, bytes, bool)) or np.ndim(value) != 0:
+    number = real_number(value)
+    if number is None:
         raise TypeError(f"{name}={value!r} is a {type(value).__name__}; allowed is one real number. Give a float.")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(
-            f"{name}={value!r} is a {type(value).__name__}; allowed is one real number. Give a float."
-        ) from None
     if not math.isfinite(number):
         raise ValueError(f"{name}={value!r}; allowed is a finite number. Replace the NaN or infinity.")
     return number
@@ -53,7 +51,7 @@ def finite_array(name: str, value: Any, shape: tuple[int | None, ...], what: str
         what: the array in words, with its unit, for the text of the error.
     """
     try:
-        array = np.array(value, dtype=np.float64, order="C")
+        array = np.array(real_array(value), order="C")
     except (TypeError, ValueError):
         raise TypeError(f"{name} is a {type(value).__name__} that is not numeric; give {what}.") from None
     fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
@@ -69,8 +67,9 @@ def finite_array(name: str, value: Any, shape: tuple[int | None, ...], what: str
 def unit_quaternion(name: str, value: Any) -> NDArray[np.float64]:
     """A read-only (4,) wxyz quaternion of unit norm; the given one may miss it by ``UNIT_NORM_TOLERANCE``."""
     given = finite_array(name, value, (4,), "a unit quaternion (w, x, y, z)")
-    norm = float(np.linalg.norm(given))
-    if abs(norm - 1.0) > UNIT_NORM_TOLERANCE:
+    with np.errstate(over="ignore"):
+        norm = float(np.linalg.norm(given))
+    if not abs(norm - 1.0) <= UNIT_NORM_TOLERANCE + NORM_ROUND_OFF:
         raise ValueError(
             f"{name}={given.tolist()} has norm {norm:.9g}; allowed is a unit quaternion (w, x, y, z), within "
             f"{UNIT_NORM_TOLERANCE:g}. Divide it by its norm, and check the order: w comes first."

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..given import real_array
 from ..layout import HEIGHT_POOLS
 from ..shapes.flatness import flattened
 from ..shapes.height_spline import pool_of_field
@@ -26,7 +27,7 @@ def set_heights(
             continue
         label = f"set_heights({name})"
         try:
-            array = np.asarray(value, dtype=np.float64)
+            array = real_array(value)
         except (TypeError, ValueError):
             raise TypeError(f"{label} is not numeric; give {shape} or {(chosen, *shape)} [{unit}].") from None
         if array.shape not in (shape, (chosen, *shape)):

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..given import real_array
 from ..integrator.flight import flow_class
-from ..mass_properties import check_inertia, check_mass, rotation_matrix
+from ..mass_properties import check_inertia, check_mass, check_range, rotation_matrix
 from ..scene import Body, check_coefficient
 from .storage import Storage
 
@@ -69,6 +70,8 @@ def set_parameters(
         changed["inertia"] = proportions["inertia"] = checked["inertia"]
         proportions["mass"] = changed["mass"]
     if "mass" in checked or "inertia" in checked:
+        for mass, moments in zip(changed["mass"].tolist(), changed["inertia"].tolist(), strict=True):
+            check_range(f"Body {body.name!r}", mass, moments)
         changed["inverse_mass"] = 1.0 / changed["mass"]
         changed["inverse_inertia"] = 1.0 / changed["inertia"]
         changed["flow"] = [flow_class(moments) for moments in changed["inertia"].tolist()]
@@ -101,7 +104,9 @@ def _rows_with_shape(body: Body, choices: NDArray[Any] | None, value: ArrayLike,
 def _one_each(name: str, value: ArrayLike, chosen: int) -> NDArray[np.float64]:
     """``value`` as an array (chosen,)."""
     try:
-        return np.broadcast_to(np.asarray(value, dtype=np.float64), (chosen,))
+        if np.asarray(value).dtype == np.bool_:
+            raise TypeError("truth values")
+        return np.broadcast_to(real_array(value), (chosen,))
     except (TypeError, ValueError):
         allowed = f"one number, or one for each of the {chosen} selected worlds"
         raise ValueError(f"set_parameters({name}) is {value!r}; give {allowed}.") from None
