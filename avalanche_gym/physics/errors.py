@@ -23,3 +23,7 @@ class PhysicsError(RuntimeError):
             f"{shown}{more}. These worlds are back at their last good state; the others finished the call. "
             "Reset them, or restore a snapshot, and look for impulses, forces or velocities that are too large."
         )
+
+    def __reduce__(self) -> tuple[type[PhysicsError], tuple[list[tuple[int, str, int, str]]]]:
+        """For pickle, by which errors come out of worker processes."""
+        return PhysicsError, (list(self.failures),)

@@ -124,8 +124,16 @@ class Scene:
         self.pair_rules: dict[tuple[Material, Material], tuple[float | None, float | None]] = {}
 
     def copy(self) -> Scene:
-        """A scene of its own with the same bodies, fields and rules."""
+        """A scene of its own with the same bodies, materials, fields and rules; so are ``copy`` and ``deepcopy``."""
         return self.with_bodies(self.bodies)
+
+    # Bodies never change and rules go by the identity of materials: a copy, deep or not, shares both.
+
+    def __copy__(self) -> Scene:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Scene:
+        return self.copy()
 
     def with_bodies(self, bodies: Sequence[Body | None]) -> Scene:
         """A scene of its own with these bodies, and the fields and rules of this one."""

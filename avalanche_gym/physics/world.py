@@ -6,6 +6,7 @@ is in actions.py, what it tells of them in readings.py.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +39,10 @@ class Snapshot:
     owner: World
     bodies: list[Body | None]
     arrays: dict[str, NDArray[Any]]
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Snapshot:
+        """Of the copy of its World, with the bodies that this shares with it."""
+        return Snapshot(copy.deepcopy(self.owner, memo), list(self.bodies), self.arrays)
 
 
 class World(Actions):

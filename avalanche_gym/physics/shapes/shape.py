@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,11 @@ Part = tuple["Shape", NDArray[np.float64], NDArray[np.float64]]
 
 class Shape(ABC):
     """An immutable solid or surface in its own frame; the frame is never moved to the centre of mass."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Arrays that come out of pickle or deepcopy are writable; those of a shape are not."""
+        self.__dict__.update(state)
+        _freeze(state.values())
 
     @property
     @abstractmethod
@@ -49,3 +56,12 @@ class Shape(ABC):
         position, orientation = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
         position.flags.writeable = orientation.flags.writeable = False
         return [(self, position, orientation)]
+
+
+def _freeze(values: Iterable[Any]) -> None:
+    """Make arrays read-only, those in tuples too."""
+    for value in values:
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        elif isinstance(value, tuple):
+            _freeze(value)
