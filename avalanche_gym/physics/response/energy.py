@@ -50,10 +50,8 @@ MOST = 6
 
 
 @kernel
-def _potential_gain(body, fields, start, end):
-    """[J] by which the potential energy of a body grows, free of the cancellation of two large numbers."""
-    before = vec3.load(start.center)
-    after = vec3.load(end.center)
+def potential_gain(body, fields, before, after):
+    """[J] by which the potential energy of a body grows on its way [m], free of the cancellation of large numbers."""
     way = vec3.sub(after, before)
     gain = 0.0
     for number in range(fields.shape[0]):
@@ -82,11 +80,12 @@ def _energy_gain(body, fields, start, end):
     v = vec3.load(start.velocity)
     w = vec3.load(end.velocity)
     gain = 0.5 * body.mass * vec3.dot(vec3.sub(w, v), vec3.add(w, v))
-    return gain + _spin_energy(body, end) - _spin_energy(body, start) + _potential_gain(body, fields, start, end)
+    gain += potential_gain(body, fields, vec3.load(start.center), vec3.load(end.center))
+    return gain + _spin_energy(body, end) - _spin_energy(body, start)
 
 
 @kernel
-def _is_alone(bodies, starts, contacts, order, first, last, members, first_body, last_body):
+def is_alone(bodies, starts, contacts, order, first, last, members, first_body, last_body):
     """Whether only fields give energy to an island: no force acts, and all that it touches besides is at rest."""
     for index in range(first_body, last_body):
         start = starts[members[index]]
@@ -141,18 +140,25 @@ def stop(body, handle, start, flown, end, contacts, order, first, last):
 
 
 @kernel
-def energy_excess(bodies, fields, starts, flown, ends, contacts, order, first, last, members, first_body, last_body):
-    """([J] of energy that an island gains in a smooth step and should not, whether the step can't be smooth for it)."""
-    if is_jammed(bodies, flown, contacts, order, first, last, members, first_body, last_body):
-        return 0.0, True
+def kinetic_and_gain(bodies, fields, starts, flown, ends, members, first_body, last_body):
+    """(kinetic energy [J] that free flight would end with, [J] of energy that an island gains in the step)."""
     gain = 0.0
     for index in range(first_body, last_body):
         handle = members[index]
         gain += _energy_gain(bodies[handle], fields, starts[handle], ends[handle])
     _, kinetic = _free_energy(bodies, flown, members, first_body, last_body)
+    return kinetic, gain
+
+
+@kernel
+def energy_excess(bodies, fields, starts, flown, ends, contacts, order, first, last, members, first_body, last_body):
+    """([J] of energy that an island gains in a smooth step and should not, whether the step can't be smooth for it)."""
+    if is_jammed(bodies, flown, contacts, order, first, last, members, first_body, last_body):
+        return 0.0, True
+    kinetic, gain = kinetic_and_gain(bodies, fields, starts, flown, ends, members, first_body, last_body)
     if gain <= ROUND_OFF * kinetic:
         return 0.0, False
-    if not _is_alone(bodies, starts, contacts, order, first, last, members, first_body, last_body):
+    if not is_alone(bodies, starts, contacts, order, first, last, members, first_body, last_body):
         return 0.0, False
     return gain, gain > SMOOTH * kinetic
 

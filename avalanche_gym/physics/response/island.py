@@ -21,7 +21,7 @@ from ..model import (
 from ..solver.exact import NEEDS_MEMORY
 from .creep import add_creep, note_sticking
 from .energy import energy_excess, is_jammed, stop, take_back
-from .impact import acts_at_once, end_impact, end_rebound, forget_impulses, prepare_impact, prepare_rebound
+from .impact import acts_at_once, end_impact, forget_impulses, prepare_impact
 from .landings import PAIR, worth_locating
 from .lasting import end_lasting, prepare_lasting, settle_where_foreseen
 from .overlap import PROJECTION_TOLERANCE, overlaps, prepare_projection, push_apart
@@ -36,6 +36,7 @@ from .places import (
     expect_supported,
     predict_places,
 )
+from .rebound import rebound
 from .solving import FULL, GAVE_UP, SOLVED, STRIKES, solve_velocities, solver_memory
 from .standing import keep_standing, note_standing, stands_still
 from .stillness import let_rest
@@ -259,14 +260,13 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         end_impact(
             bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body, ends
         )
-        if traits_of(header, world).restitution == 1 and prepare_rebound(time_step, contacts, order, first, last):
-            outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+        if traits_of(header, world).restitution == 1:
+            outcome = rebound(
+                address, workspace_address, world, time_step, contacts, order, first, last, starts, flown, sums,
+                members, first_body, last_body, ends,
+            )  # fmt: skip
             if outcome != SOLVED:
                 return outcome
-            end_rebound(
-                bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
-                ends,
-            )  # fmt: skip
         if last_body - first_body == 1 and is_jammed(
             bodies, flown, contacts, order, first, last, members, first_body, last_body
         ):

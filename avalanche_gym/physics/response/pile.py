@@ -13,6 +13,8 @@ from ..solver.pile import SHARE, forget_blows, go_on, pile_residual, remove_over
 from ..solver.pile_response import to_world
 from .bodies import end_orientation, set_velocities, turned
 from .creep import SETTLED
+from .energy import is_alone
+from .pile_energy import give_no_energy
 from .pile_preparation import prepare_bodies, prepare_contacts
 
 # Most sweeps of a substep with a blow in an island that is no crowd itself. Fewer: what falls on others is not stopped
@@ -165,7 +167,7 @@ def _most_sweeps(num_bodies, substeps):
 
 @kernel
 def step_pile_island(
-    bodies, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body,
+    bodies, fields, starts, flown, time_step, substeps, contacts, order, first, last, members, first_body, last_body,
     rows, moments, nodes, index, ends,
 ):  # fmt: skip
     """Advance the bodies of one island to the end of the step; return the residual of their contacts."""
@@ -188,6 +190,10 @@ def step_pile_island(
     size = math.inf
     for number in range(first, last):
         size = min(size, contacts[order[number]].size)
+    if is_alone(bodies, starts, contacts, order, first, last, members, first_body, last_body):
+        give_no_energy(
+            bodies, fields, starts, flown, time_step, members, first_body, last_body, rows, moments, nodes, num_contacts
+        )
     residual = pile_residual(rows, moments, nodes, num_contacts, violation)
     remove_overlap(rows, nodes, num_contacts, time_step, SLACK * size, 1.0 if few else SHARE)
     end_pile(

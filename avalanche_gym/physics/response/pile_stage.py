@@ -21,7 +21,7 @@ from ..contacts.prediction import measure_end
 from ..contacts.turning import any_outruns
 from ..jit import kernel, stage
 from ..maths import vec3
-from ..memory import bodies_of, header_at, report_of, rest_of, starts_of, table, traits_of, workspace_at
+from ..memory import bodies_of, fields_of, header_at, report_of, rest_of, starts_of, table, traits_of, workspace_at
 from ..model import BODY_STATE, CONTACT, CROWD, DYNAMIC, LONGEST_PAUSE, MOST_FOLLOWED, TO_IMPACT
 from ..solver.exact import CERTIFIED, WARM_BUDGET
 from ..solver.pile_memory import PILE_MOMENT, PILE_NODE, PILE_ROW
@@ -160,8 +160,8 @@ def step_pile(address, workspace_address, world, island, struck):
             workspace.budget = min(WARM_BUDGET, header.max_iterations)
         return 0
     residual = step_pile_island(
-        bodies, starts, flown, workspace.span, header.substeps, contacts, order, first, last, members, first_body,
-        last_body, rows, moments, nodes, index, ends,
+        bodies, fields_of(header), starts, flown, workspace.span, header.substeps, contacts, order, first, last,
+        members, first_body, last_body, rows, moments, nodes, index, ends,
     )  # fmt: skip
     worst = measure_end(starts, ends, contacts, order, first, last)
     table(workspace.waits, workspace.waits_size, np.int64)[island] = CROWD
