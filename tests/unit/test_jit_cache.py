@@ -5,13 +5,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from avalanche_gym import physics
-from avalanche_gym.physics.jit import stamps
+from avalanche_gym.physics.jit import cache, stamps
 
 PACKAGE = stamps.PACKAGE_ROOT
 NO_CACHE = shutil.ignore_patterns("__pycache__")
@@ -121,6 +122,22 @@ def test_a_package_that_cannot_be_written_uses_the_users_cache(package, tmp_path
     (tmp_path / "user2").touch()
     *_, messages = run_probe(package, XDG_CACHE_HOME=str(tmp_path / "user2"), TMPDIR=str(tmp_path))
     assert f"{tmp_path}/avalanche_gym-" in messages
+
+
+def test_a_process_without_a_home_compiles_all_the_same(tmp_path, monkeypatch):
+    """As in a container whose user is a bare number: no HOME, and no entry in the table of users."""
+    monkeypatch.setattr(cache, "PACKAGE_ROOT", tmp_path / "file")
+    (tmp_path / "file").touch()
+    monkeypatch.setattr("pwd.getpwuid", {}.__getitem__)
+    for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    cache.cache_directory.cache_clear()
+    try:
+        assert cache.cache_directory().parent == tmp_path
+    finally:
+        cache.cache_directory.cache_clear()
 
 
 # Files with what Python calls, and with what compiled code calls by address. Each has a stamp of its own.

@@ -30,7 +30,10 @@ def cache_directory() -> Path:
     choices = [PACKAGE_ROOT / "__pycache__" / "kernels"]
     if os.environ.get("NUMBA_CACHE_DIR"):
         choices.insert(0, Path(os.environ["NUMBA_CACHE_DIR"]))
-    choices.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "avalanche_gym")
+    # A process may have no home: one of a container whose user has a number and no name.
+    users = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    if os.path.isabs(users):
+        choices.append(Path(users) / "avalanche_gym")
     for choice in choices:
         try:
             choice.mkdir(parents=True, exist_ok=True)
