@@ -50,7 +50,7 @@ class Stepper:
         """Make room and go on until every world has finished or failed."""
         failures: list[tuple[int, str, int, str]] = []
         crowded: list[tuple[int, int]] = []
-        limit = self._storage.options.max_contacts
+        limit = self._storage.most_contacts
         while True:
             for world in np.flatnonzero(self._reports["status"]).tolist():
                 report = self._reports[world]
@@ -59,7 +59,7 @@ class Stepper:
                     name = str(report["detail"]) if body is None else repr(body.name)
                     failures.append((world, name, int(report["steps"]), "its state is not finite"))
                     self._remaining[world] = 0
-                elif report["status"] == CONTACTS_FULL and limit is not None:
+                elif report["status"] == CONTACTS_FULL and report["detail"] > limit:
                     crowded.append((world, int(report["detail"])))
                     self._remaining[world] = 0
             self._storage.make_room()

@@ -278,6 +278,19 @@ def test_max_contacts_is_a_hard_limit():
     assert world.report().steps.tolist() == [3, 3] and world.report().contacts.tolist() == [12, 12]
 
 
+def test_a_large_limit_of_contacts_costs_no_memory_until_it_is_met():
+    """Room grows up to the limit, as it does without one; the limit itself is allowed, one less is not."""
+    free = physics.World(tiles_scene(20), options=physics.Options(time_step=STEP))
+    free.step(3)
+    for limit in (80, 2**31 - 1):
+        world = physics.World(tiles_scene(20), options=physics.Options(time_step=STEP, max_contacts=limit))
+        world.step(3)
+        assert bits(world) == bits(free) and len(world.contacts()) == 80
+    world = physics.World(tiles_scene(20), options=physics.Options(time_step=STEP, max_contacts=79))
+    with pytest.raises(RuntimeError, match="80 contacts exceed"):
+        world.step(3)
+
+
 def test_more_pairs_than_bodies():
     """Every ball near every other: the list of pairs grows, and nothing is lost."""
     scene = physics.Scene()

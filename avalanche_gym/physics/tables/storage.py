@@ -22,7 +22,7 @@ from ..model import (
     SOLVER_FULL,
     TRAITS,
 )
-from ..options import Options
+from ..options import LARGEST_COUNT, Options
 from ..stages import choose_broad_phase, choose_tiers, write_stages
 from .construction import Tables
 from .workspaces import Workspaces, table_sizes
@@ -78,7 +78,7 @@ class Storage:
             self.arrays[name] = np.zeros_like(own["heights"])[None]
         self.arrays["heights"][:] = own["heights"]
         self.arrays["impulses"] = np.zeros((num_worlds, num_bodies, 6))
-        self.arrays["contacts"] = np.zeros((num_worlds, options.max_contacts or FIRST_CONTACTS), CONTACT)
+        self.arrays["contacts"] = np.zeros((num_worlds, min(self.most_contacts, FIRST_CONTACTS)), CONTACT)
         self.arrays["num_contacts"] = np.zeros(num_worlds, np.int64)
         self.arrays["asleep_contacts"] = np.zeros_like(self.arrays["contacts"][:, : None if options.sleeping else 0])
         self.arrays["num_asleep_contacts"] = np.zeros(num_worlds, np.int64)
@@ -147,6 +147,11 @@ class Storage:
     @property
     def num_bodies(self) -> int:
         return int(self.arrays["bodies"].shape[1])
+
+    @property
+    def most_contacts(self) -> int:
+        """That a world may have; there is room for as many only once they are met."""
+        return self.options.max_contacts or LARGEST_COUNT
 
     @property
     def address(self) -> int:
@@ -225,9 +230,11 @@ class Storage:
             self._size_workspaces(pairs=2 * pairs)
         if (status == SOLVER_FULL).any():
             self._grow_solver()
-        contacts = int(detail[status == CONTACTS_FULL].max(initial=0))
-        if contacts and self.options.max_contacts is None:
-            self.resize_contacts(max(contacts + contacts // 2, 2 * self.arrays["contacts"].shape[1]))
+        wanted = detail[status == CONTACTS_FULL]
+        contacts = int(wanted[wanted <= self.most_contacts].max(initial=0))
+        if contacts:
+            room = max(contacts + contacts // 2, 2 * self.arrays["contacts"].shape[1])
+            self.resize_contacts(min(room, self.most_contacts))
 
     def save(self) -> dict[str, NDArray[Any]]:
         """Copies of every table that decides the future."""
