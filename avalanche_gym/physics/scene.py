@@ -225,7 +225,7 @@ class Scene:
             position=checked_vector(f"Body {label!r}: position", position),
             orientation=checks.unit_quaternion(f"Body {label!r}: orientation", orientation),
             visual=visual,
-            allow_sleep=bool(allow_sleep),
+            allow_sleep=checks.truth(f"Body {label!r}: allow_sleep", allow_sleep),
             linear_velocity=vectors["linear_velocity"],
             angular_velocity=vectors["angular_velocity"],
         )

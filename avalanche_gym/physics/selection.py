@@ -56,7 +56,12 @@ def select_worlds(world: Readings, call: str, which: Any) -> NDArray[np.bool_]:
                 f"{call}(world={which.tolist()!r}): give an int, a slice, a boolean mask of shape ({count},), or None "
                 "for all worlds."
             )
-    mask[which] = True
+    try:
+        mask[which] = True
+    except (TypeError, ValueError) as error:
+        raise TypeError(
+            f"{call}(world={which!r}): {error}; give a slice of whole numbers, such as slice(0, 4)."
+        ) from None
     return mask
 
 

@@ -106,6 +106,37 @@ def test_what_is_no_number_or_too_extreme_is_refused_and_changes_nothing(world, 
     assert bits() == before and world.num_bodies == 2
 
 
+@pytest.mark.parametrize(
+    ("call", "texts"),
+    [
+        (lambda w, p: w.add_body(physics.Sphere(0.1), allow_sleep="no"), ["'body_2'", "allow_sleep='no'", "False"]),
+        (lambda w, p: physics.TriangleMesh(np.eye(3), [(0, 1, 2)], "no"), ["two_sided)='no'", "True or False"]),
+        (lambda w, p: physics.TriangleMesh.from_file(None), ["from_file(path)=None", "str or a Path"]),
+        (lambda w, p: physics.HeightField(np.zeros((2, 2)), (1, 1), np.array(["a", "b"])), ["surface", "'smooth'"]),
+        (lambda w, p: physics.HeightField.from_image(p, (1, 1)), ["from_image(image)", "cannot be read", "PNG"]),
+        (lambda w, p: w.reset(slice(0.5)), ["reset(world=slice(", "whole numbers"]),
+        (lambda w, p: w.apply_impulse(1, (0, 0, 1), world=slice(0, 1, 0)), ["apply_impulse(world=", "zero"]),
+    ],
+)
+def test_what_is_of_another_kind_is_refused_by_name(world, tmp_path, call, texts):
+    path = tmp_path / "picture.png"
+    path.write_text("no picture")
+    with pytest.raises((ValueError, TypeError)) as raised:
+        call(world, path)
+    for text in texts:
+        assert text in str(raised.value)
+
+
+def test_a_field_that_pulls_nowhere_has_no_pole():
+    scene = physics.Scene()
+    scene.add_field(physics.PointGravity((0, 0, 0), mu=0.0))
+    scene.add_body(physics.Sphere(0.1), mass=1.0, linear_velocity=(1, 0, 0))
+    world = physics.World(scene, options=physics.Options(time_step=0.5))
+    assert world.potential_energy().tolist() == [0.0] and "point gravity" not in world.features
+    world.step(2)
+    assert world.position[0, 0].tolist() == [1, 0, 0]
+
+
 def test_a_quaternion_off_by_the_whole_tolerance_is_normalised():
     for norm in (1.0 - 1e-6, 1.0 + 1e-6):
         scene = physics.Scene()

@@ -41,6 +41,13 @@ def finite_number(name: str, value: Any) -> float:
     return number
 
 
+def truth(name: str, value: Any) -> bool:
+    """``value`` as a bool; ``name`` is "Shape(argument)"."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}={value!r}; give True or False.")
+    return bool(value)
+
+
 def finite_array(name: str, value: Any, shape: tuple[int | None, ...], what: str) -> NDArray[np.float64]:
     """A read-only float64 copy of ``value``.
 

@@ -44,7 +44,7 @@ class HeightField(Shape):
         extent = checks.finite_array("HeightField(size)", size, (2,), "(extent along x, extent along y) in m")
         if not (extent > 0.0).all():
             raise ValueError(f"HeightField(size)={extent.tolist()}; allowed are positive extents in m along x and y.")
-        if surface not in SURFACES:
+        if not isinstance(surface, str) or surface not in SURFACES:
             raise ValueError(f"HeightField(surface)={surface!r}; allowed are {', '.join(map(repr, SURFACES))}.")
         object.__setattr__(self, "heights", checked)
         object.__setattr__(self, "extent", (float(extent[0]), float(extent[1])))
@@ -123,7 +123,13 @@ def _read_grey(path: str | os.PathLike[str]) -> NDArray[Any]:
         raise ImportError(
             "HeightField.from_image(path) needs Pillow: pip install pillow, or give the pixels as an array."
         ) from None
-    with Image.open(path) as picture:
-        if picture.mode.startswith("I"):
-            return np.asarray(picture).astype(np.uint16)
-        return np.asarray(picture.convert("L"))
+    try:
+        with Image.open(path) as picture:
+            if picture.mode.startswith("I"):
+                return np.asarray(picture).astype(np.uint16)
+            return np.asarray(picture.convert("L"))
+    except OSError as error:
+        raise ValueError(
+            f"HeightField.from_image(image)={os.fspath(path)!r} cannot be read: {error}. Give a file that Pillow "
+            "reads, such as PNG or TIFF."
+        ) from error

@@ -53,7 +53,7 @@ class TriangleMesh(Shape):
         triangles.flags.writeable = False
         object.__setattr__(self, "vertices", points)
         object.__setattr__(self, "faces", triangles)
-        object.__setattr__(self, "two_sided", bool(two_sided))
+        object.__setattr__(self, "two_sided", checks.truth("TriangleMesh(two_sided)", two_sided))
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], scale: float = 1.0, two_sided: bool = False) -> TriangleMesh:
@@ -67,6 +67,8 @@ class TriangleMesh(Shape):
         import trimesh  # here, since few programs load files
 
         factor = checks.positive_number("TriangleMesh.from_file(scale)", scale)
+        if not isinstance(path, (str, os.PathLike)):
+            raise TypeError(f"TriangleMesh.from_file(path)={path!r}; give the path of a file as a str or a Path.")
         if not os.path.isfile(path):
             raise ValueError(f"TriangleMesh.from_file(path)={os.fspath(path)!r} is not a file. Check the path.")
         try:

@@ -92,7 +92,7 @@ def build_tables(scene: Scene) -> Tables:
         "bodies": rows,
         "states": np.zeros(len(bodies), BODY_STATE),
         "colliders": np.array(colliders, COLLIDER).reshape(-1),
-        "fields": _field_rows(scene.fields),
+        "fields": _field_rows([field for field in scene.fields if not _is_nothing(field)]),
         "pair_rules": rules_of(scene, materials),
         "pair_functions": np.zeros(NUM_SHAPES * NUM_SHAPES, np.int64),
         "nearest_functions": np.zeros(NUM_SHAPES, np.int64),
@@ -163,6 +163,11 @@ def _fill_body(row: Any, body: Body) -> None:
         row["principal"] = principal
         row["origin"] = -rotation_matrix(principal) @ body.center_of_mass
         row["flow"] = flow_class(moments.tolist())
+
+
+def _is_nothing(field: Any) -> bool:
+    """Whether it pulls nowhere. At its centre, where there is a pole otherwise, such a field has no value."""
+    return isinstance(field, PointGravity) and field.mu == 0.0
 
 
 def _field_rows(fields: list[Any]) -> NDArray[Any]:
