@@ -140,6 +140,16 @@ def test_a_process_without_a_home_compiles_all_the_same(tmp_path, monkeypatch):
         cache.cache_directory.cache_clear()
 
 
+def test_a_relative_folder_stays_where_it_is_when_the_process_moves(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "kernels")
+    monkeypatch.chdir(tmp_path)
+    cache.cache_directory.cache_clear()
+    try:
+        assert cache.cache_directory() == tmp_path / "kernels"
+    finally:
+        cache.cache_directory.cache_clear()
+
+
 # Files with what Python calls, and with what compiled code calls by address. Each has a stamp of its own.
 ROOTS = (
     "pipeline.py",

@@ -29,7 +29,8 @@ def cache_directory() -> Path:
     """
     choices = [PACKAGE_ROOT / "__pycache__" / "kernels"]
     if os.environ.get("NUMBA_CACHE_DIR"):
-        choices.insert(0, Path(os.environ["NUMBA_CACHE_DIR"]))
+        # Absolute: the process may change its folder while it compiles.
+        choices.insert(0, Path(os.environ["NUMBA_CACHE_DIR"]).absolute())
     # A process may have no home: one of a container whose user has a number and no name.
     users = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     if os.path.isabs(users):
