@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -86,24 +87,13 @@ def places_of(build: Callable[[], Any], steps: int, pushes: np.ndarray) -> Place
 def peers() -> dict[str, Callable[[float], Any]]:
     """By name, what builds the scene with this step [s]; those that are installed."""
     found: dict[str, Callable[[float], Any]] = {}
-    try:
-        from .peers.mujoco_engine import MuJoCo
-
-        found["MuJoCo"] = lambda step: MuJoCo(batch.ANY_CASE, push_scene(), step, "IMPLICITFAST")
-    except ImportError:
-        pass
-    try:
-        from .peers.pybullet_engine import PyBullet
-
-        found["PyBullet"] = partial(PyBullet, batch.ANY_CASE, push_scene())
-    except ImportError:
-        pass
-    try:
-        from .peers.rapier_engine import Rapier
-
-        found["Rapier"] = partial(Rapier, batch.ANY_CASE, push_scene())
-    except ImportError:
-        pass
+    for name, *chosen in (("MuJoCo", "IMPLICITFAST"), ("PyBullet",), ("Rapier",)):
+        try:
+            module = import_module(f"{__package__}.peers.{name.lower()}_engine")
+        except ImportError:
+            continue
+        build = partial(getattr(module, name), batch.ANY_CASE, push_scene())
+        found[name] = lambda step, build=build, chosen=chosen: build(step, *chosen)
     return found
 
 
