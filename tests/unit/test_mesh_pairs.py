@@ -110,6 +110,41 @@ def test_a_tip_sunk_into_a_face_that_is_flat_to_ten_digits_is_found():
                 assert contacts["gap"].min() == pytest.approx(-depth, abs=1e-9)
 
 
+def bar(section, width):
+    """A prism along y with this section, (n, 2) [m] of x and z, counter-clockwise seen along y, its first corner in
+    sight of all others.
+    """
+    n = len(section)
+    vertices = [(x, y, z) for y in (-0.5 * width, 0.5 * width) for x, z in section]
+    caps = [(0, k, k + 1) for k in range(1, n - 1)]
+    faces = caps + [(n + a, n + c, n + b) for a, b, c in caps]
+    for k in range(n):
+        faces += [(k, k + n, (k + 1) % n + n), (k, (k + 1) % n + n, (k + 1) % n)]
+    return TriangleMesh(vertices, faces)
+
+
+def edge_on_top(slope, height):
+    """A block with an edge on top of it that runs along x, is ``height`` [m] high at x = 0 and falls with ``slope``."""
+    turn = Rotation.from_euler("yx", (np.arctan(slope), np.radians(3.0))).as_matrix()
+    block = trimesh.creation.box((0.2, 0.1, 0.1))
+    block.apply_translation((0.0, -0.05, -0.05))
+    return TriangleMesh(block.vertices, block.faces), (np.array([0.0, 0.0, height]), turn)
+
+
+@pytest.mark.parametrize("depth", [1e-5, 1e-4, 1e-3])
+def test_an_edge_under_a_sharp_rim_is_found(depth):
+    """The rim is that of a ramp of 60 degrees; straight below it, at x = 0, the edge is not yet behind its side."""
+    way, up = np.radians(5.0), np.radians(65.0)
+    section = [(0.0, 0.0), (0.05 * np.cos(way), 0.05 * np.sin(way)), (0.05 * np.cos(up), 0.05 * np.sin(up))]
+    ramp = bar(section, 0.02)
+    block, place = edge_on_top(0.0, depth)
+    for one, other in (((ramp, oracle.IDENTITY), (block, place)), ((block, place), (ramp, oracle.IDENTITY))):
+        contacts = oracle.meshes_contacts(*one, *other, 1e-4)
+        deepest = contacts[contacts["gap"].argmin()]
+        assert deepest["gap"] == pytest.approx(-depth, rel=0.01)
+        assert abs(deepest["normal"][2]) > 0.99
+
+
 def test_threads_touch_neighbouring_turns_only():
     thread = Thread(0.01, 0.004, 0.002)
     rod, ring = bolt(thread, 4, segments=12), nut(thread, 1, clearance=2e-4, segments=12)

@@ -119,7 +119,34 @@ def _beside_edge(scratch, row, p, b, own_length, m1, m2, out):
 
 
 @kernel
-def _cuts_wedge(d, edge, m1, m2, depth, gap, across, slack):
+def _enters_beside(d, edge, m1, m2, square, gap, point, across):
+    """Whether what crosses behind an edge gets behind both of its faces, though the ``point`` of it that is ``-gap``
+    behind the edge, straight against the way out d, is outside.
+
+    So where the faces meet at less than a right angle and d leads away from the one, along the other. That one has to
+    be as near to the point as the edge says, and the edge ``across`` must reach behind it before it leaves the other.
+    ``square`` [m^2]: of the distance of the point from the surface.
+    """
+    _, e, _ = edge
+    n = vec3.cross(e, m1)
+    other = vec3.cross(m2, e)
+    if vec3.dot(other, d) < vec3.dot(n, d):
+        n, other = other, n
+    beside = gap * vec3.dot(n, d)
+    if beside <= 0.0 or square < (1.0 - OWN_FACE) * beside * beside:
+        return False
+    begin, b, length = across
+    along = vec3.dot(vec3.sub(point, begin), b)
+    slope = vec3.dot(n, b)
+    if slope > 0.0:
+        b = vec3.neg(b)
+        along = length - along
+    way = length - along
+    return beside < way * abs(slope) and gap * vec3.dot(other, d) * abs(slope) + beside * vec3.dot(other, b) < 0.0
+
+
+@kernel
+def _cuts_wedge(d, edge, m1, m2, depth, gap, point, across, slack):
     """Whether a point ``-gap`` behind an edge is nearest to a face of that edge, of which the way out d keeps clear.
 
     d is at right angles to the edge: how far the point is behind a face is the sine of the angle between d and the
@@ -128,18 +155,19 @@ def _cuts_wedge(d, edge, m1, m2, depth, gap, across, slack):
     the face than d leads, as the edge of a box on the rim of another.
 
     Args:
+        d: unit, from the edge outwards.
         edge, across: (start [m], direction, length [m]) of the edge, and of the one that has crossed it.
-        depth: of ``depth_squared`` at the point.
+        depth: of ``depth_squared`` at the ``point`` [m] of that one.
         slack: [m] below which the point may be on either side of the face.
     """
     square, inside = depth
+    if not inside and square > slack * slack:
+        return _enters_beside(d, edge, m1, m2, square, gap, point, across)
     along_1 = vec3.dot(d, m1) ** 2
     along_2 = vec3.dot(d, m2) ** 2
     clear = 1.0 - max(along_1, along_2)
     if clear > GRAZING * GRAZING:
         return inside and square > min(SHARPEST * SHARPEST, (1.0 - OWN_FACE) * clear) * gap * gap
-    if not inside and square > slack * slack:
-        return False
     start, e, _ = edge
     n = vec3.cross(e, m1) if along_1 > along_2 else vec3.cross(m2, e)
     height = vec3.dot(n, vec3.sub(across[0], start))
@@ -167,11 +195,11 @@ def _is_through(row, foot, d, gap, edge, m1, m2, other, two_sided, own, origin, 
     if depth[1] and depth[0] > SHARPEST * SHARPEST * gap * gap:
         return True
     across = (get(scratch, row, 1), get(scratch, row, 4), scratch[row, 7])
-    if not _cuts_wedge(d, across, get(scratch, row + 1, 0), get(scratch, row + 1, 3), depth, gap, edge, slack):
+    if not _cuts_wedge(d, across, get(scratch, row + 1, 0), get(scratch, row + 1, 3), depth, gap, p, edge, slack):
         return False
     q = mat3.apply_transposed(axes, vec3.sub(foot, origin))
     depth = depth_squared(own[0], own[1], own[2], False, q, q, bound)
-    return _cuts_wedge(d, edge, m1, m2, depth, gap, across, slack)
+    return _cuts_wedge(vec3.neg(d), edge, m1, m2, depth, gap, foot, across, slack)
 
 
 @kernel
