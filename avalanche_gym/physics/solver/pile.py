@@ -4,7 +4,7 @@ The step h is cut into substeps h_s. In each the bodies gain what flight gives t
 before, and one sweep solves every contact in turn with all others held; then gaps advance with the velocities (Macklin
 et al. 2019, "Small steps in physics simulation": many substeps of one sweep converge better than many sweeps of one
 step). Geometry stays that of the start of the step. No velocity is spent on overlap: that is removed by sweeps over
-positions, without friction, which add no energy.
+positions, without friction, which add no velocity, though they lift what they part.
 
 A contact is solved in its own frame (normal, t1, t2), W its 3 x 3 response and u its velocity:
 
