@@ -226,14 +226,13 @@ def bears_load(contact):
 
 
 @kernel
-def list_lasting(contacts, order, first, last, lasting):
-    """List the contacts of the island order[first:last] that last in ``lasting``; return how many there are."""
-    count = 0
+def newly_loaded(contacts, order, first, last):
+    """Whether a contact of the island order[first:last] that did not last bears load."""
     for index in range(first, last):
-        if contacts[order[index]].persistent == 1:
-            lasting[count] = order[index]
-            count += 1
-    return count
+        contact = contacts[order[index]]
+        if contact.persistent == 0 and bears_load(contact):
+            return True
+    return False
 
 
 @kernel

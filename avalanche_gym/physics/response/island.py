@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..contacts.located import NONE, SWINGING, any_lasts, leave_open, located_last, mark_located
-from ..contacts.prediction import list_lasting, measure_end, sort_out
+from ..contacts.prediction import measure_end, newly_loaded, sort_out
 from ..contacts.turning import quiet_span, turning_speed
 from ..jit import call_stage, kernel, stage
 from ..memory import bodies_of, fields_of, header_at, report_of, rest_of, starts_of, table, traits_of, workspace_at
@@ -31,7 +31,6 @@ from .places import (
     asks,
     came_true,
     closes,
-    closes_by_end,
     expect_on_way,
     expect_steady,
     expect_supported,
@@ -191,8 +190,6 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             )
     crowded = header.step_pile != 0 and traits_of(header, world).restitution == 0 and last_body - first_body > 1
     hands_over = crowded and not struck and located == 0 and workspace.part == WHOLE
-    lasting = table(workspace.lasting, workspace.lasting_size, np.int64)
-    num_lasting = list_lasting(contacts, order, first, last, lasting)
     foreseen = False
     predictions = 0
     while not (struck or foreseen):
@@ -206,23 +203,22 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         if struck:
             break
         prepare_lasting(
-            bodies, flown, time_step, header.time_step, contacts, lasting, num_lasting, sums, members, first_body,
-            last_body, predicted, working,
+            bodies, flown, time_step, header.time_step, contacts, order, first, last, sums, members, first_body,
+            last_body, predicted, working, ends,
         )  # fmt: skip
-        listed = workspace.lasting
-        outcome = solve_velocities(address, workspace_address, world, listed, num_lasting, first_body, last_body)
+        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
         if outcome != SOLVED:
             return outcome
-        end_lasting(
-            bodies, starts, flown, time_step, contacts, lasting, num_lasting, sums, members, first_body, last_body,
-            working, ends,
-        )  # fmt: skip
-        struck = closes_by_end(predicted, ends, contacts, order, first, last)
+        struck = newly_loaded(contacts, order, first, last)
         if struck:
             break
+        end_lasting(
+            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+            working, ends,
+        )  # fmt: skip
         predictions += 1
         foreseen = predictions == MOST_PREDICTIONS
-        if came_true(predicted, ends, time_step, contacts, lasting, num_lasting):
+        if came_true(predicted, ends, time_step, contacts, order, first, last):
             foreseen = True
             if workspace.foreseen == 1 and predictions == 1:
                 settle_where_foreseen(bodies, FORESEEN, flown, sums, members, first_body, last_body, predicted, ends)
@@ -230,7 +226,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         return STRIKES
     if not struck:
         rows, _, blocks, _ = solver_memory(workspace)
-        note_sticking(time_step, contacts, lasting, num_lasting, rows)
+        note_sticking(time_step, contacts, order, first, last, rows)
         let_rest(
             bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body, ends
         )  # fmt: skip
@@ -258,8 +254,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             working,
         )  # fmt: skip
         acts_at_once(contacts, order, first, last)
-        listed = workspace.order + 8 * first
-        outcome = solve_velocities(address, workspace_address, world, listed, last - first, first_body, last_body)
+        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
         if outcome != SOLVED:
             return outcome
         end_impact(

@@ -21,9 +21,6 @@ from the end to the middle, in whose cone r lies. In terms of working velocities
 
 s and s' being the velocities of moving heights at the start and the end. Where nothing turns ``turning`` is zero and
 this is the plain contact problem; at rest the impulses of the last step solve it.
-
-Contacts that do not last have no part in it: they bear nothing as long as they stay open, and of those near a moving
-body that is most. Whether one is closed at the end that comes out tells whether the step was smooth at all.
 """
 
 from __future__ import annotations
@@ -69,7 +66,7 @@ def predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body
 
 
 @kernel
-def set_turning(bodies, predicted, working, time_step, whole_step, contacts, lasting, num_lasting):
+def set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, order, first, last):
     """``turning`` and ``bias`` of each contact.
 
     The velocity at the end is that of the relative motion (V, Omega) of the pair at arm x' from the centre of one of
@@ -79,14 +76,14 @@ def set_turning(bodies, predicted, working, time_step, whole_step, contacts, las
     """
     drifts = False
     known = (-2, -2)
-    for index in range(num_lasting):
-        contact = contacts[lasting[index]]
+    for index in range(first, last):
+        contact = contacts[order[index]]
         a = contact.body_a
         b = contact.body_b
         movers = moved_together(bodies, contact)
         if movers != known:
             known = movers
-            drifts = drifts_away(bodies, contacts, lasting, 0, num_lasting, movers)
+            drifts = drifts_away(bodies, contacts, order, first, last, movers)
         middle = vec3.load(contact.position)
         own = b if bodies[b].motion == DYNAMIC else a
         other = a if own == b else b
@@ -115,7 +112,14 @@ def set_turning(bodies, predicted, working, time_step, whole_step, contacts, las
         if time_step * vec3.norm(change) > OVERLAP * contact.size:
             turning = vec3.add(turning, change)
         contact.bias = 0.0
-        if drifts:
+        if contact.persistent == 0:
+            # Its gap would end at end_gap + h n . (u - u') / 2, u' being the velocity that led to that gap; it comes
+            # into play where that is zero.
+            point = vec3.load(contact.end_position)
+            expected = vec3.sub(velocity_at(predicted[b], ends[b], point), velocity_at(predicted[a], ends[a], point))
+            expected = vec3.add(expected, vec3.load(contact.end_surface_velocity))
+            contact.bias = 2.0 * contact.end_gap / time_step - vec3.dot(vec3.load(contact.normal), expected)
+        elif drifts:
             contact.bias = gap_closing(contact, whole_step)
             # A rigid motion makes it good only where it has turned on as its arm has.
             creep = on_to_middle(contact, predicted, working, vec3.load(contact.creep))
@@ -125,25 +129,25 @@ def set_turning(bodies, predicted, working, time_step, whole_step, contacts, las
 
 @kernel
 def prepare_lasting(
-    bodies, flown, time_step, whole_step, contacts, lasting, num_lasting, sums, island_bodies, first_body, last_body,
-    predicted, working,
+    bodies, flown, time_step, whole_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
+    predicted, working, ends,
 ):  # fmt: skip
-    """Write the contact problem of one island about the middle of the way to ``predicted``: contacts that last, and
-    ``working`` bodies. What has drifted is made good at the pace of a ``whole_step``, however short this part of it is.
+    """Write the contact problem of one island about the middle of the way to ``predicted``: contacts, and ``working``
+    bodies. What has drifted is made good at the pace of a ``whole_step``, however short this part of it is.
     """
-    take_middle(predicted, working, contacts, lasting, num_lasting)
-    sum_impulses(bodies, working, contacts, lasting, 0, num_lasting, island_bodies, first_body, last_body, sums)
+    take_middle(predicted, working, contacts, order, first, last)
+    sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
     predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body, predicted, working)
-    set_turning(bodies, predicted, working, time_step, whole_step, contacts, lasting, num_lasting)
+    set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, order, first, last)
 
 
 @kernel
 def end_lasting(
-    bodies, starts, flown, time_step, contacts, lasting, num_lasting, sums, island_bodies, first_body, last_body,
+    bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
     working, ends,
 ):  # fmt: skip
     """Bodies of one island at the end of the step, under the impulses that were solved for."""
-    sum_impulses(bodies, working, contacts, lasting, 0, num_lasting, island_bodies, first_body, last_body, sums)
+    sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
     for index in range(first_body, last_body):
         handle = island_bodies[index]
         body = bodies[handle]

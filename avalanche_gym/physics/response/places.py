@@ -240,53 +240,38 @@ def closes(contacts, order, first, last, time_step, predictions):
 
 
 @kernel
-def closes_by_end(predicted, ends, contacts, order, first, last):
-    """Whether a contact of the island that does not last is closed at the end that the solution leads to."""
+def take_middle(predicted, working, contacts, order, first, last):
+    """Make ``position`` and ``normal`` of each contact those of the middle."""
     for index in range(first, last):
         contact = contacts[order[index]]
-        if contact.persistent == 0:
-            a = contact.body_a
-            b = contact.body_b
-            position = vec3.load(contact.end_position)
-            normal = vec3.load(contact.end_normal)
-            gap = contact.end_gap
-            if gap + gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b]) < 0.0:
-                return True
-    return False
-
-
-@kernel
-def take_middle(predicted, working, contacts, lasting, num_lasting):
-    """Make ``position`` and ``normal`` of each contact that lasts those of the middle."""
-    for index in range(num_lasting):
-        contact = contacts[lasting[index]]
         position = vec3.add(vec3.load(contact.start_position), vec3.load(contact.end_position))
         vec3.store(contact.position, vec3.scale(0.5, position))
         vec3.store(contact.normal, back_to_middle(contact, predicted, working, vec3.load(contact.end_normal)))
 
 
 @kernel
-def came_true(predicted, ends, time_step, contacts, lasting, num_lasting):
-    """Whether all contacts of an island that last, lasting[:num_lasting], end where they were predicted to.
+def came_true(predicted, ends, time_step, contacts, order, first, last):
+    """Whether all contacts of an island that last end where they were predicted to.
 
     One that bore no load before, as in a first step, had no prediction. Where the ground turns it matters along the
     surface as well: at a place that was missed by d the surface goes otherwise by omega cross d, and makes half of that
     in a step.
     """
-    for index in range(num_lasting):
-        contact = contacts[lasting[index]]
-        a = contact.body_a
-        b = contact.body_b
-        position = vec3.load(contact.end_position)
-        normal = vec3.load(contact.end_normal)
-        gap = contact.end_gap
-        miss = abs(gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b]))
-        carrier, body = (a, b) if contact.frame == ON_A else (b, a)
-        spin = vec3.load(predicted[carrier].angular_velocity)
-        if vec3.norm_squared(spin) > 0.0:
-            place = vec3.sub(vec3.load(ends[body].center), vec3.load(predicted[body].center))
-            place = vec3.sub(place, vec3.sub(vec3.load(ends[carrier].center), vec3.load(predicted[carrier].center)))
-            miss = max(miss, 0.5 * time_step * vec3.norm(vec3.cross(spin, place)))
-        if miss > (FORESEEN if contact.warm == 1 else OVERLAP) * contact.size:
-            return False
+    for index in range(first, last):
+        contact = contacts[order[index]]
+        if contact.persistent == 1:
+            a = contact.body_a
+            b = contact.body_b
+            position = vec3.load(contact.end_position)
+            normal = vec3.load(contact.end_normal)
+            gap = contact.end_gap
+            miss = abs(gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b]))
+            carrier, body = (a, b) if contact.frame == ON_A else (b, a)
+            spin = vec3.load(predicted[carrier].angular_velocity)
+            if vec3.norm_squared(spin) > 0.0:
+                place = vec3.sub(vec3.load(ends[body].center), vec3.load(predicted[body].center))
+                place = vec3.sub(place, vec3.sub(vec3.load(ends[carrier].center), vec3.load(predicted[carrier].center)))
+                miss = max(miss, 0.5 * time_step * vec3.norm(vec3.cross(spin, place)))
+            if miss > (FORESEEN if contact.warm == 1 else OVERLAP) * contact.size:
+                return False
     return True

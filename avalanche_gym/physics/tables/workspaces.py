@@ -64,7 +64,6 @@ def table_sizes(bodies: int, contacts: int, pairs: int, *, grid: bool, blocks: i
         "island_bodies": bodies,
         "body_starts": bodies + 1,
         "order": contacts,
-        "lasting": contacts,
         "pair_scratch": 8 * SCRATCH_ROWS,
         "query": PAIR_QUERY.itemsize,
         "probe": PROBE.itemsize,
