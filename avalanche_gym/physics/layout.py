@@ -156,6 +156,7 @@ WORKSPACE_TABLES = {
     "island_bodies": np.dtype(np.int64),  # (bodies,) dynamic bodies sorted by island
     "body_starts": np.dtype(np.int64),  # (bodies + 1,) first body of each island in ``island_bodies``
     "order": np.dtype(np.int64),  # (contact capacity,) contacts sorted by island
+    "touching": np.dtype(np.int64),  # (contact capacity,) those of one island that touch, in that order
     "pair_scratch": np.dtype(np.float64),  # (SCRATCH_ROWS * 8,) of narrow_phase/pair_query.py
     "query": np.dtype(np.uint8),  # bytes of a PAIR_QUERY
     "probe": np.dtype(np.uint8),  # bytes of a PROBE

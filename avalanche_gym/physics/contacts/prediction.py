@@ -226,10 +226,28 @@ def bears_load(contact):
 
 
 @kernel
-def newly_loaded(contacts, order, first, last):
-    """Whether a contact of the island order[first:last] that did not last bears load."""
+def is_touching(contact):
+    """Whether a contact lasts, or is open by no more than one that bears may become."""
+    return contact.persistent == 1 or contact.start_gap <= TOUCH * contact.size
+
+
+@kernel
+def list_touching(contacts, order, first, last, touching):
+    """List the contacts of the island order[first:last] that touch in ``touching``; return how many there are."""
+    count = 0
     for index in range(first, last):
         contact = contacts[order[index]]
+        if is_touching(contact):
+            touching[count] = order[index]
+            count += 1
+    return count
+
+
+@kernel
+def newly_loaded(contacts, touching, num_touching):
+    """Whether one of the contacts touching[:num_touching] that did not last bears load."""
+    for index in range(num_touching):
+        contact = contacts[touching[index]]
         if contact.persistent == 0 and bears_load(contact):
             return True
     return False

@@ -56,14 +56,14 @@ def gap_closing(contact, whole_step):
 
 
 @kernel
-def note_sticking(time_step, contacts, order, first, last, rows):
-    """Set ``sticks`` of each contact from the solved problem, whose rows are still there.
+def note_sticking(time_step, contacts, touching, num_touching, rows):
+    """Set ``sticks`` of each contact that touches from the solved problem, whose rows are still there.
 
     A contact sticks if it bears load and has no velocity, also if its friction happens to be at its limit.
     """
-    for index in range(first, last):
-        contact = contacts[order[index]]
-        velocity = vec3.load(rows[index - first].velocity)
+    for index in range(num_touching):
+        contact = contacts[touching[index]]
+        velocity = vec3.load(rows[index].velocity)
         normal = vec3.load(contact.normal)
         slip = time_step * vec3.norm(vec3.add_scaled(velocity, -vec3.dot(velocity, normal), normal))
         sticks = contact.persistent == 1 and bears_load(contact) and slip <= OVERLAP * contact.size

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..contacts.located import NONE, SWINGING, any_lasts, leave_open, located_last, mark_located
-from ..contacts.prediction import measure_end, newly_loaded, sort_out
+from ..contacts.prediction import list_touching, measure_end, newly_loaded, sort_out
 from ..contacts.turning import quiet_span, turning_speed
 from ..jit import call_stage, kernel, stage
 from ..memory import bodies_of, fields_of, header_at, report_of, rest_of, starts_of, table, traits_of, workspace_at
@@ -31,6 +31,7 @@ from .places import (
     asks,
     came_true,
     closes,
+    closes_by_end,
     expect_on_way,
     expect_steady,
     expect_supported,
@@ -190,6 +191,8 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             )
     crowded = header.step_pile != 0 and traits_of(header, world).restitution == 0 and last_body - first_body > 1
     hands_over = crowded and not struck and located == 0 and workspace.part == WHOLE
+    touching = table(workspace.touching, workspace.touching_size, np.int64)
+    num_touching = list_touching(contacts, order, first, last, touching)
     foreseen = False
     predictions = 0
     while not (struck or foreseen):
@@ -203,22 +206,26 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         if struck:
             break
         prepare_lasting(
-            bodies, flown, time_step, header.time_step, contacts, order, first, last, sums, members, first_body,
+            bodies, flown, time_step, header.time_step, contacts, touching, num_touching, sums, members, first_body,
             last_body, predicted, working, ends,
         )  # fmt: skip
-        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+        listed = workspace.touching
+        outcome = solve_velocities(address, workspace_address, world, listed, num_touching, first_body, last_body)
         if outcome != SOLVED:
             return outcome
-        struck = newly_loaded(contacts, order, first, last)
+        struck = newly_loaded(contacts, touching, num_touching)
         if struck:
             break
         end_lasting(
-            bodies, starts, flown, time_step, contacts, order, first, last, sums, members, first_body, last_body,
+            bodies, starts, flown, time_step, contacts, touching, num_touching, sums, members, first_body, last_body,
             working, ends,
         )  # fmt: skip
+        struck = closes_by_end(predicted, ends, contacts, order, first, last)
+        if struck:
+            break
         predictions += 1
         foreseen = predictions == MOST_PREDICTIONS
-        if came_true(predicted, ends, time_step, contacts, order, first, last):
+        if came_true(predicted, ends, time_step, contacts, touching, num_touching):
             foreseen = True
             if workspace.foreseen == 1 and predictions == 1:
                 settle_where_foreseen(bodies, FORESEEN, flown, sums, members, first_body, last_body, predicted, ends)
@@ -226,7 +233,7 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
         return STRIKES
     if not struck:
         rows, _, blocks, _ = solver_memory(workspace)
-        note_sticking(time_step, contacts, order, first, last, rows)
+        note_sticking(time_step, contacts, touching, num_touching, rows)
         let_rest(
             bodies, starts, header.tolerance, contacts, order, first, last, sums, members, first_body, last_body, ends
         )  # fmt: skip
@@ -254,7 +261,8 @@ def _step_exactly(address, workspace_address, world, island, struck, swings):
             working,
         )  # fmt: skip
         acts_at_once(contacts, order, first, last)
-        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+        listed = workspace.order + 8 * first
+        outcome = solve_velocities(address, workspace_address, world, listed, last - first, first_body, last_body)
         if outcome != SOLVED:
             return outcome
         end_impact(

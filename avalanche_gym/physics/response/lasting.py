@@ -21,6 +21,10 @@ from the end to the middle, in whose cone r lies. In terms of working velocities
 
 s and s' being the velocities of moving heights at the start and the end. Where nothing turns ``turning`` is zero and
 this is the plain contact problem; at rest the impulses of the last step solve it.
+
+Contacts that are open by more than what bears may become have no part in it: they bear nothing as long as they stay
+open, and of those near a moving body that is most. Whether one is closed at the end that comes out, or one that does
+not last bears load, tells whether the step was smooth at all.
 """
 
 from __future__ import annotations
@@ -66,7 +70,7 @@ def predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body
 
 
 @kernel
-def set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, order, first, last):
+def set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, touching, num_touching):
     """``turning`` and ``bias`` of each contact.
 
     The velocity at the end is that of the relative motion (V, Omega) of the pair at arm x' from the centre of one of
@@ -76,14 +80,14 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
     """
     drifts = False
     known = (-2, -2)
-    for index in range(first, last):
-        contact = contacts[order[index]]
+    for index in range(num_touching):
+        contact = contacts[touching[index]]
         a = contact.body_a
         b = contact.body_b
         movers = moved_together(bodies, contact)
         if movers != known:
             known = movers
-            drifts = drifts_away(bodies, contacts, order, first, last, movers)
+            drifts = drifts_away(bodies, contacts, touching, 0, num_touching, movers)
         middle = vec3.load(contact.position)
         own = b if bodies[b].motion == DYNAMIC else a
         other = a if own == b else b
@@ -129,25 +133,25 @@ def set_turning(bodies, predicted, working, ends, time_step, whole_step, contact
 
 @kernel
 def prepare_lasting(
-    bodies, flown, time_step, whole_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
+    bodies, flown, time_step, whole_step, contacts, touching, num_touching, sums, island_bodies, first_body, last_body,
     predicted, working, ends,
 ):  # fmt: skip
-    """Write the contact problem of one island about the middle of the way to ``predicted``: contacts, and ``working``
-    bodies. What has drifted is made good at the pace of a ``whole_step``, however short this part of it is.
+    """Write the contact problem of one island about the middle of the way to ``predicted``: contacts that touch, and
+    ``working`` bodies. What has drifted is made good at the pace of a ``whole_step``, however short this part of it is.
     """
-    take_middle(predicted, working, contacts, order, first, last)
-    sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
+    take_middle(predicted, working, contacts, touching, num_touching)
+    sum_impulses(bodies, working, contacts, touching, 0, num_touching, island_bodies, first_body, last_body, sums)
     predict_velocities(bodies, flown, sums, island_bodies, first_body, last_body, predicted, working)
-    set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, order, first, last)
+    set_turning(bodies, predicted, working, ends, time_step, whole_step, contacts, touching, num_touching)
 
 
 @kernel
 def end_lasting(
-    bodies, starts, flown, time_step, contacts, order, first, last, sums, island_bodies, first_body, last_body,
+    bodies, starts, flown, time_step, contacts, touching, num_touching, sums, island_bodies, first_body, last_body,
     working, ends,
 ):  # fmt: skip
     """Bodies of one island at the end of the step, under the impulses that were solved for."""
-    sum_impulses(bodies, working, contacts, order, first, last, island_bodies, first_body, last_body, sums)
+    sum_impulses(bodies, working, contacts, touching, 0, num_touching, island_bodies, first_body, last_body, sums)
     for index in range(first_body, last_body):
         handle = island_bodies[index]
         body = bodies[handle]

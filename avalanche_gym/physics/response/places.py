@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..contacts.kinematics import gap_change
-from ..contacts.prediction import OVERLAP, bears_load
+from ..contacts.prediction import OVERLAP, bears_load, is_touching
 from ..contacts.turning import turn_contact
 from ..jit import kernel
 from ..maths import quat, vec3
@@ -240,25 +240,41 @@ def closes(contacts, order, first, last, time_step, predictions):
 
 
 @kernel
-def take_middle(predicted, working, contacts, order, first, last):
-    """Make ``position`` and ``normal`` of each contact those of the middle."""
+def closes_by_end(predicted, ends, contacts, order, first, last):
+    """Whether a contact of the island that had no part in the solution is closed at the end that this leads to."""
     for index in range(first, last):
         contact = contacts[order[index]]
+        if not is_touching(contact):
+            a = contact.body_a
+            b = contact.body_b
+            position = vec3.load(contact.end_position)
+            normal = vec3.load(contact.end_normal)
+            gap = contact.end_gap
+            if gap + gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b]) < 0.0:
+                return True
+    return False
+
+
+@kernel
+def take_middle(predicted, working, contacts, touching, num_touching):
+    """Make ``position`` and ``normal`` of each contact that touches those of the middle."""
+    for index in range(num_touching):
+        contact = contacts[touching[index]]
         position = vec3.add(vec3.load(contact.start_position), vec3.load(contact.end_position))
         vec3.store(contact.position, vec3.scale(0.5, position))
         vec3.store(contact.normal, back_to_middle(contact, predicted, working, vec3.load(contact.end_normal)))
 
 
 @kernel
-def came_true(predicted, ends, time_step, contacts, order, first, last):
-    """Whether all contacts of an island that last end where they were predicted to.
+def came_true(predicted, ends, time_step, contacts, touching, num_touching):
+    """Whether all contacts of touching[:num_touching] that last end where they were predicted to.
 
     One that bore no load before, as in a first step, had no prediction. Where the ground turns it matters along the
     surface as well: at a place that was missed by d the surface goes otherwise by omega cross d, and makes half of that
     in a step.
     """
-    for index in range(first, last):
-        contact = contacts[order[index]]
+    for index in range(num_touching):
+        contact = contacts[touching[index]]
         if contact.persistent == 1:
             a = contact.body_a
             b = contact.body_b

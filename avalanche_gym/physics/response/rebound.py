@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
-from ..memory import bodies_of, fields_of, header_at
+from ..memory import bodies_of, fields_of, header_at, workspace_at
 from .energy import is_alone, kinetic_and_gain
 from .impact import end_rebound, prepare_rebound
 from .solving import SOLVED, solve_velocities
@@ -50,8 +50,9 @@ def rebound(
     fields = fields_of(header)
     alone = is_alone(bodies, starts, contacts, order, first, last, members, first_body, last_body)
     _, lowest = kinetic_and_gain(bodies, fields, starts, flown, ends, members, first_body, last_body)
+    listed = workspace_at(workspace_address).order + 8 * first
     for trial in range(TRIALS):
-        outcome = solve_velocities(address, workspace_address, world, first, last, first_body, last_body)
+        outcome = solve_velocities(address, workspace_address, world, listed, last - first, first_body, last_body)
         if outcome != SOLVED:
             return outcome
         end_rebound(

@@ -53,25 +53,26 @@ def solve_problem(address, workspace_address, num_contacts, num_bodies):
 
 
 @kernel
-def solve_velocities(address, workspace_address, world, first, last, first_body, last_body):
-    """Solve the velocities of one island about ``working``; SOLVED, FULL or GAVE_UP, as in _step_exactly."""
+def solve_velocities(address, workspace_address, world, listed, own, first_body, last_body):
+    """Solve the velocities of one island about ``working``; SOLVED, FULL or GAVE_UP, as in _step_exactly.
+
+    ``own`` contacts have a part in it, their numbers are at the address ``listed``.
+    """
     header = header_at(address)
     workspace = workspace_at(workspace_address)
     rows, nodes, _, index = solver_memory(workspace)
     bodies = bodies_of(header, world)
     working = table(workspace.working, header.num_bodies, BODY_STATE)
     contacts = table(workspace.contacts, workspace.contacts_size, CONTACT)
-    order = table(workspace.order, workspace.order_size, np.int64)
     num_bodies = last_body - first_body
-    own = last - first
     # Tables of the island's own part: a slice of an array would count references to it.
-    own_order = table(workspace.order + 8 * first, own, np.int64)
+    order = table(listed, own, np.int64)
     members = table(workspace.island_bodies + 8 * first_body, num_bodies, np.int64)
     prepare_nodes(bodies, working, members, num_bodies, nodes, index)
-    prepare_rows(contacts, own_order, own, bodies, working, num_bodies, rows, nodes, index)
+    prepare_rows(contacts, order, own, bodies, working, num_bodies, rows, nodes, index)
     num_rows = own
     if traits_of(header, world).moments == 1:
-        num_rows = prepare_moments(contacts, own_order, own, working, rows, nodes)
+        num_rows = prepare_moments(contacts, order, own, working, rows, nodes)
     workspace.tolerance = header.tolerance
     method = call_stage(header.solve_problem, address, workspace_address, num_rows, num_bodies)
     if method == NEEDS_MEMORY:
@@ -81,8 +82,8 @@ def solve_velocities(address, workspace_address, world, first, last, first_body,
     rest_of(header, world)[members[0]].residual = workspace.residual
     if workspace.budget < header.max_iterations and workspace.residual > max(header.tolerance, GOOD):
         return GAVE_UP
-    keep_impulses(contacts, order, first, last, rows)
-    keep_moments(contacts, order, first, rows, own, num_rows)
+    keep_impulses(contacts, order, 0, own, rows)
+    keep_moments(contacts, order, 0, rows, own, num_rows)
     report.residual = max(report.residual, workspace.residual)
     report.method = max(report.method, method)
     return SOLVED

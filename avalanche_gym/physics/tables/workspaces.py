@@ -64,6 +64,7 @@ def table_sizes(bodies: int, contacts: int, pairs: int, *, grid: bool, blocks: i
         "island_bodies": bodies,
         "body_starts": bodies + 1,
         "order": contacts,
+        "touching": contacts,
         "pair_scratch": 8 * SCRATCH_ROWS,
         "query": PAIR_QUERY.itemsize,
         "probe": PROBE.itemsize,
