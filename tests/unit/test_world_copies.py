@@ -10,12 +10,7 @@ import numpy as np
 import pytest
 
 from avalanche_gym import physics
-
-PUBLIC = ("position", "orientation", "linear_velocity", "angular_velocity")
-
-
-def bits(world: physics.World) -> list[bytes]:
-    return [getattr(world, name).tobytes() for name in PUBLIC]
+from tests.world_bits import state_bits
 
 
 def pickled(world: physics.World) -> physics.World:
@@ -50,16 +45,16 @@ def test_a_copy_goes_its_own_way_and_the_same_way(twin_of: Callable[[physics.Wor
     world.step(10)
     world.apply_force(1, (1.0, 0.0, 0.0))
     twin = twin_of(world)
-    before = bits(world)
-    assert bits(twin) == before and str(twin.report()) == str(world.report())
+    before = state_bits(world)
+    assert state_bits(twin) == before and str(twin.report()) == str(world.report())
     assert (twin.contacts(num_worlds - 1) == world.contacts(num_worlds - 1)).all()
     twin.step(40)
-    assert bits(world) == before and bits(twin) != before
+    assert state_bits(world) == before and state_bits(twin) != before
     world.step(40)
-    assert bits(twin) == bits(world)
+    assert state_bits(twin) == state_bits(world)
     world.reset()
     twin.reset()
-    assert bits(twin) == bits(world)
+    assert state_bits(twin) == state_bits(world)
 
 
 def test_materials_and_shapes_mean_the_same_in_a_copy():
@@ -116,7 +111,7 @@ def test_a_world_and_its_snapshot_copied_together_belong_together(through: Calla
         twin.step(5)
         world.restore(snapshot)
         world.step(5)
-        assert bits(twin) == bits(world)
+        assert state_bits(twin) == state_bits(world)
 
 
 @pytest.mark.parametrize(

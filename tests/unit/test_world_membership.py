@@ -5,13 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avalanche_gym import physics
+from tests.world_bits import state_bits
 
-PUBLIC = ("position", "orientation", "linear_velocity", "angular_velocity")
 ICE = physics.Material(friction=0.0)
-
-
-def bits(world: physics.World) -> list[bytes]:
-    return [getattr(world, name).tobytes() for name in PUBLIC]
 
 
 def ground() -> physics.World:
@@ -37,11 +33,11 @@ def test_a_world_that_grew_steps_like_one_that_was_built():
     for _ in range(3):
         grown.step(10)
         built.step(10)
-        assert bits(grown) == bits(built)
+        assert state_bits(grown) == state_bits(built)
     assert len(grown.contacts()) > 70
     grown.reset()
     built.reset()
-    assert bits(grown) == bits(built)
+    assert state_bits(grown) == state_bits(built)
 
 
 def test_snapshots_outlive_bodies_that_come_and_go():
@@ -57,7 +53,7 @@ def test_snapshots_outlive_bodies_that_come_and_go():
     before = world.snapshot()
     contacts = world.contacts()
     world.step(20)
-    future = bits(world)
+    future = state_bits(world)
     world.remove_body(2)
     world.add_body(physics.Sphere(0.3), position=(5, 5, 1))
     world.add_body(physics.Sphere(0.3), position=(9, 5, 1))
@@ -65,7 +61,7 @@ def test_snapshots_outlive_bodies_that_come_and_go():
     world.restore(before)
     assert all(np.array_equal(world.contacts()[name], contacts[name]) for name in contacts.dtype.names)
     world.step(20)
-    assert bits(world) == future
+    assert state_bits(world) == future
 
 
 def test_queries_and_contacts_follow_the_bodies_that_are_there():
@@ -98,13 +94,13 @@ def test_a_snapshot_can_be_restored_again_after_tables_were_built_anew():
         before = world.snapshot()
         world.apply_impulse(3, (0.5, 0.0, 0.0))
         world.step(20)
-        future = bits(world)
+        future = state_bits(world)
         world.add_body(physics.Sphere(0.3), position=(9, 5, 1))
         for _ in range(2):
             world.restore(before)
             world.apply_impulse(3, (0.5, 0.0, 0.0))
             world.step(20)
-            assert bits(world) == future
+            assert state_bits(world) == future
 
 
 def test_what_a_removed_body_asked_for_is_asked_for_no_longer():
