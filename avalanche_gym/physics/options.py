@@ -9,6 +9,7 @@ import numpy as np
 
 from .given import real_number, whole_number
 
+# Far above what memory holds, and products of two of them are still counted in 64 bits.
 LARGEST_COUNT = 2**31 - 1
 
 

@@ -119,15 +119,14 @@ def _beside_edge(scratch, row, p, b, own_length, m1, m2, out):
 
 
 @kernel
-def _enters_beside(d, edge, m1, m2, square, gap, point, across):
-    """Whether what crosses behind an edge gets behind both of its faces, though the ``point`` of it that is ``-gap``
-    behind the edge, straight against the way out d, is outside.
+def _enters_beside(d, e, m1, m2, square, gap, point, across):
+    """Whether what crosses behind an edge along e gets behind both of its faces, though the ``point`` of it that is
+    ``-gap`` behind the edge, straight against the way out d, is outside.
 
     So where the faces meet at less than a right angle and d leads away from the one, along the other. That one has to
     be as near to the point as the edge says, and the edge ``across`` must reach behind it before it leaves the other.
     ``square`` [m^2]: of the distance of the point from the surface.
     """
-    _, e, _ = edge
     n = vec3.cross(e, m1)
     other = vec3.cross(m2, e)
     if vec3.dot(other, d) < vec3.dot(n, d):
@@ -161,14 +160,14 @@ def _cuts_wedge(d, edge, m1, m2, depth, gap, point, across, slack):
         slack: [m] below which the point may be on either side of the face.
     """
     square, inside = depth
+    start, e, _ = edge
     if not inside and square > slack * slack:
-        return _enters_beside(d, edge, m1, m2, square, gap, point, across)
+        return _enters_beside(d, e, m1, m2, square, gap, point, across)
     along_1 = vec3.dot(d, m1) ** 2
     along_2 = vec3.dot(d, m2) ** 2
     clear = 1.0 - max(along_1, along_2)
     if clear > GRAZING * GRAZING:
         return inside and square > min(SHARPEST * SHARPEST, (1.0 - OWN_FACE) * clear) * gap * gap
-    start, e, _ = edge
     n = vec3.cross(e, m1) if along_1 > along_2 else vec3.cross(m2, e)
     height = vec3.dot(n, vec3.sub(across[0], start))
     return min(height, height + across[2] * vec3.dot(n, across[1])) < gap

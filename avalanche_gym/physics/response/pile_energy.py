@@ -32,6 +32,13 @@ def _spin_product(body, orientation, one, other):
 
 
 @kernel
+def _by_contacts(body, start, flight, node, time_step):
+    """Velocity [m/s] and spin [rad/s] that flight alone leads to, and what the contacts add to each."""
+    free, spin = vec3.load(flight.velocity), free_spin(body, start, flight, time_step)
+    return free, spin, vec3.sub(vec3.load(node.velocity), free), vec3.sub(vec3.load(node.spin), spin)
+
+
+@kernel
 def _share(bodies, fields, starts, flown, time_step, members, first_body, last_body, nodes):
     """The share of the impulses that gives no energy."""
     gain = 0.0
@@ -42,8 +49,7 @@ def _share(bodies, fields, starts, flown, time_step, members, first_body, last_b
         body, start, flight = bodies[handle], starts[handle], flown[handle]
         node = nodes[number - first_body]
         orientation = quat.load(start.orientation)
-        free, spin = vec3.load(flight.velocity), free_spin(body, start, flight, time_step)
-        given, turn = vec3.sub(vec3.load(node.velocity), free), vec3.sub(vec3.load(node.spin), spin)
+        free, spin, given, turn = _by_contacts(body, start, flight, node, time_step)
         linear += body.mass * vec3.dot(given, free) + _spin_product(body, orientation, turn, spin)
         square += 0.5 * (body.mass * vec3.norm_squared(given) + _spin_product(body, orientation, turn, turn))
         here = vec3.load(start.center)
@@ -69,9 +75,7 @@ def give_no_energy(
     for number in range(first_body, last_body):
         handle = members[number]
         node = nodes[number - first_body]
-        free = vec3.load(flown[handle].velocity)
-        spin = free_spin(bodies[handle], starts[handle], flown[handle], time_step)
-        given, turn = vec3.sub(vec3.load(node.velocity), free), vec3.sub(vec3.load(node.spin), spin)
+        free, spin, given, turn = _by_contacts(bodies[handle], starts[handle], flown[handle], node, time_step)
         vec3.store(node.velocity, vec3.add_scaled(free, share, given))
         vec3.store(node.spin, vec3.add_scaled(spin, share, turn))
     for index in range(num_contacts):

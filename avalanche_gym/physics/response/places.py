@@ -240,18 +240,22 @@ def closes(contacts, order, first, last, time_step, predictions):
 
 
 @kernel
+def _missed(contact, predicted, ends):
+    """[m] by which the gap of a contact ends larger than it was predicted to."""
+    a = contact.body_a
+    b = contact.body_b
+    position = vec3.load(contact.end_position)
+    normal = vec3.load(contact.end_normal)
+    return gap_change(contact, position, normal, contact.end_gap, predicted[a], ends[a], predicted[b], ends[b])
+
+
+@kernel
 def closes_by_end(predicted, ends, contacts, order, first, last):
     """Whether a contact of the island that had no part in the solution is closed at the end that this leads to."""
     for index in range(first, last):
         contact = contacts[order[index]]
-        if not is_touching(contact):
-            a = contact.body_a
-            b = contact.body_b
-            position = vec3.load(contact.end_position)
-            normal = vec3.load(contact.end_normal)
-            gap = contact.end_gap
-            if gap + gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b]) < 0.0:
-                return True
+        if not is_touching(contact) and contact.end_gap + _missed(contact, predicted, ends) < 0.0:
+            return True
     return False
 
 
@@ -278,10 +282,7 @@ def came_true(predicted, ends, time_step, contacts, touching, num_touching):
         if contact.persistent == 1:
             a = contact.body_a
             b = contact.body_b
-            position = vec3.load(contact.end_position)
-            normal = vec3.load(contact.end_normal)
-            gap = contact.end_gap
-            miss = abs(gap_change(contact, position, normal, gap, predicted[a], ends[a], predicted[b], ends[b]))
+            miss = abs(_missed(contact, predicted, ends))
             carrier, body = (a, b) if contact.frame == ON_A else (b, a)
             spin = vec3.load(predicted[carrier].angular_velocity)
             if vec3.norm_squared(spin) > 0.0:
