@@ -92,9 +92,13 @@ def peers() -> dict[str, Callable[[float], Any]]:
             module = import_module(f"{__package__}.peers.{name.lower()}_engine")
         except ImportError:
             continue
-        build = partial(getattr(module, name), batch.ANY_CASE, push_scene())
-        found[name] = lambda step, build=build, chosen=chosen: build(step, *chosen)
+        found[name] = partial(_pushed, getattr(module, name), chosen)
     return found
+
+
+def _pushed(engine: Callable[..., Any], chosen: Sequence[str], step: float) -> Any:
+    """The scene in an engine of the report, with this step [s]; ``chosen``: what else that is given."""
+    return engine(batch.ANY_CASE, push_scene(), step, *chosen)
 
 
 def candidates(pushes: np.ndarray) -> Iterator[Candidate]:
